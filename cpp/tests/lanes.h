@@ -188,10 +188,10 @@ constexpr Point2<Pack<T>> select(const Truths& first, const Point2<Pack<T>>& a, 
   return {select(first, a.x, b.x), select(first, a.y, b.y)};
 }
 inline FacetLobe<Floats> select(const Truths& first, const FacetLobe<Floats>& a, const FacetLobe<Floats>& b) noexcept {
-  return {select(first, a.f, b.f), select(first, a.pdf, b.pdf)};
+  return {select(first, a.f_cos, b.f_cos), select(first, a.pdf, b.pdf)};
 }
 inline BsdfValue<Floats> select(const Truths& first, const BsdfValue<Floats>& a, const BsdfValue<Floats>& b) noexcept {
-  return {select(first, a.f, b.f), select(first, a.pdf, b.pdf)};
+  return {select(first, a.f_cos, b.f_cos), select(first, a.pdf, b.pdf)};
 }
 inline BsdfSample<Floats> select(const Truths& first, const BsdfSample<Floats>& a,
                                  const BsdfSample<Floats>& b) noexcept {

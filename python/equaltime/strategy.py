@@ -78,9 +78,9 @@ class Strategy(BaseModel):
     image is biased."""
     sampler: Literal["independent", "stratified", "sobol", "lattice"] = "lattice"
     """Kind of random numbers. ``independent`` numbers have no structure. ``stratified`` uses jittered strata: one for
-    each sample, if the sample count is a power of four. ``sobol`` uses one Sobol sequence for all choices at the first eight
-    vertices, with Owen's scrambling (directions: Joe & Kuo 2008). ``lattice`` uses one lattice with random shifts for
-    them (Cools, Kuo & Nuyens 2006). Both have Sobol pairs of their own for each later choice."""
+    each sample, if the sample count is a power of four. ``sobol`` uses one Sobol sequence for all choices at the first
+    eight vertices, with Owen's scrambling (directions: Joe & Kuo 2008). ``lattice`` uses one lattice with random shifts
+    for them (Cools, Kuo & Nuyens 2006). Both have Sobol pairs of their own for each later choice."""
     adaptive: Literal["none", "error", "neighbours", "history", "cutoff"] = "error"
     """Rule by which pixels get more samples after a pilot, a short render with equal counts
     (`equaltime.film.adaptive`). ``none`` gives all pixels the same number. ``error`` prefers pixels whose neighbours

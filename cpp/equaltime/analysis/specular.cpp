@@ -203,7 +203,7 @@ FocusedLight focused_light(const Scene& scene, const Settings& settings, const R
       chains.sample(pixel, i, observer);
     if (!observer.specular()) return;
     const Sampler sampler = Sampler::at(SamplerKind::independent, chains.seed, pixel, i, 1);
-    const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+    const Point2f u = sampler.get_2d(slot(BounceDecision::light_point, 0));
     const LightSampleContext receiver{observer.place(), {}, false};
     const auto light =
         scene.lights.sample<kAllEffects>(chains.settings.light_selection, chains.settings.environment_sampling,

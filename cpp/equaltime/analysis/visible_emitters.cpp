@@ -72,10 +72,10 @@ Spectrum seen(const Scene& scene, const FilmPoint& place, Point2f lens, const Li
 
 std::optional<CameraConnection> look(const Scene& scene, const Window& window, const Settings& settings,
                                      const Sampler& sampler) noexcept {
-  const LensSample outlook{scene, sampler.get_2d(slot(CameraDimension::lens))};
-  const float time = sampler.get_1d(slot(CameraDimension::time));
+  const LensSample outlook{scene, sampler.get_2d(slot(CameraDecision::lens))};
+  const float time = sampler.get_1d(slot(CameraDecision::time));
   const LightSampleContext receiver{Vec3f(outlook.origin()), {}, false};
-  const Point2f u = sampler.get_2d(slot(BounceDimension::light_point, 0));
+  const Point2f u = sampler.get_2d(slot(BounceDecision::light_point, 0));
   const auto light = scene.lights.sample<kAllEffects>(settings.light_selection, settings.environment_sampling,
                                                       {receiver, sampler, 0, u, time});
   if (!light || light->delta || !(light->pdf > 0)) return std::nullopt;

@@ -83,7 +83,7 @@ class Report {
     d["distance"] = l.sample->infinite ? py::object(py::none()) : py::object(py::float_(distance));
     d["pdf"] = l.sample->pdf;
     d["radiance"] = number(l.radiance, radiance_);
-    d["bsdf"] = number(l.bsdf.f);
+    d["bsdf"] = number(l.bsdf.f_cos);
     d["bsdf_pdf"] = l.bsdf.pdf;
     d["mis_weight"] = l.weight;
     d["visible"] = l.visibility;

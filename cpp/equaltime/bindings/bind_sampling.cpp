@@ -72,7 +72,7 @@ py::dict bsdf_values(const Scene& scene, std::size_t index, const Array& wo, con
   for (py::ssize_t i = 0; i < n; ++i) {
     const BsdfValue<float> v =
         visit<kAllEffects>(bsdf, [&](const auto& m) { return m.eval(row(wo, i), row(wi, i), front); });
-    out.set(i, row(wi, i), v.f, v.pdf);
+    out.set(i, row(wi, i), v.f_cos, v.pdf);
   }
   return py::dict("f"_a = out.value, "pdf"_a = out.pdf);
 }
@@ -145,7 +145,7 @@ py::dict sample_lights(const Scene& scene, const std::string& lights, const Arra
   const double scale = scene.normalization.world_radiance_scale();
   for (py::ssize_t i = 0; i < receivers.size; ++i) {
     const Sampler sampler = Sampler::at(SamplerKind::independent, seed, 0, static_cast<std::uint64_t>(i), 1);
-    const float time = sampler.get_1d(slot(CameraDimension::time));
+    const float time = sampler.get_1d(slot(CameraDecision::time));
     const LightSampleContext receiver = receivers[i];
     const auto s = scene.lights.sample<kAllEffects>(by.lights, by.environment,
                                                     {receiver, sampler, 0, sampler.vertex(0).light_point, time});

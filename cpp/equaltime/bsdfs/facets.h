@@ -12,7 +12,7 @@ namespace equaltime {
 /// f·cosθi over the Fresnel factor, and the density of drawing a visible normal that scatters this way.
 template <class Real>
 struct FacetLobe {
-  Real f, pdf;
+  Real f_cos, pdf;
 };
 
 /// The upward normal of the facets that reflect wo to wi above the surface, or refract it to wi below; none where both

@@ -44,7 +44,7 @@ template <template <class> class Model, class Real>
   const Real reflectance = fresnel_dielectric(min(Real(1), 0.5F * length(wo + wi)), model.ior).reflectance;
   const FacetLobe<Real> lobe = reflected(model.distribution, wo, wi, m);
   const Real cosine = cosine_hemisphere_pdf(wi.z);
-  return {model.specular_reflectance * (reflectance * lobe.f) +
+  return {model.specular_reflectance * (reflectance * lobe.f_cos) +
               model.body() * (cosine * shares.entering * model.shares(wi.z).entering),
           specular * lobe.pdf + (1 - specular) * cosine};
 }

@@ -135,18 +135,18 @@ BsdfValue<float> Principled::eval_at(const Vec3f& wo, const Vec3f& wi, const Vec
   if (wi.z < 0) {
     if (!(f.refracting > 0)) return {};
     const FacetLobe<float> main = refracted(distribution, wo, wi, m, eta);
-    return {f.transmittance * main.f, lobe.facets * f.refracting * main.pdf};
+    return {f.transmittance * main.f_cos, lobe.facets * f.refracting * main.pdf};
   }
   const FacetLobe<float> main = reflected(distribution, wo, wi, m);
-  BsdfValue<float> value{f.reflectance * main.f, lobe.facets * (1 - f.refracting) * main.pdf};
+  BsdfValue<float> value{f.reflectance * main.f_cos, lobe.facets * (1 - f.refracting) * main.pdf};
   if (!front) return value;
   if (clearcoat > 0) {
     const float d = CoatDistribution{square(coat_alpha_)}.D(m);
     const float g = coat_masking(wo) * coat_masking(wi);
-    value.f += schlick(Spectrum(kCoatReflectance), c) * (0.25F * clearcoat * d * g * wi.z);
+    value.f_cos += schlick(Spectrum(kCoatReflectance), c) * (0.25F * clearcoat * d * g * wi.z);
     value.pdf += lobe.clearcoat * d * m.z / (4 * c);
   }
-  value.f += diffuse(wo, wi, c);
+  value.f_cos += diffuse(wo, wi, c);
   value.pdf += lobe.diffuse * cosine_hemisphere_pdf(wi.z);
   return value;
 }
@@ -183,7 +183,7 @@ Optional<BsdfSample<float>> Principled::sample(const Vec3f& wo, bool front, doub
   if (refracts ? !(wi.z < 0) : !(wi.z > 0)) return std::nullopt;
   const BsdfValue<float> value = eval_at(wo, wi, m, front);
   if (!(value.pdf > 0)) return std::nullopt;
-  return BsdfSample<float>{wi, value.f * (1 / value.pdf), value.pdf, false, refracts ? 1 / square(eta) : 1.0F};
+  return BsdfSample<float>{wi, value.f_cos * (1 / value.pdf), value.pdf, false, refracts ? 1 / square(eta) : 1.0F};
 }
 
 Spectrum Principled::albedo(const Vec3f& wo, bool front) const noexcept {

@@ -51,7 +51,7 @@ std::optional<Slot> slot_of(const Bsdf& bsdf, const std::string& parameter) noex
 
 Material make_material(const BsdfDescription& d, BsdfTables& tables) {
   Material material{make_bsdf(d, tables)};
-  if (std::holds_alternative<NullDescription>(d)) material.kind = Material::Kind::nothing;
+  if (std::holds_alternative<NullDescription>(d)) material.kind = Material::Kind::null;
   if (const auto* mixture = std::get_if<MixtureDescription>(&d)) {
     material.kind = Material::Kind::mixture;
     material.parts[0] = mixture->first, material.parts[1] = mixture->second;
@@ -97,7 +97,7 @@ void complete(std::vector<Material>& materials, std::uint32_t index) {
   Material& m = materials[index];
   m.textured = !m.bindings.empty() || m.normal_map;
   m.anisotropic = m.anisotropic || is_anisotropic(m.bsdf);
-  m.passes = m.kind == Material::Kind::nothing || std::holds_alternative<ThinDielectric<float>>(m.bsdf);
+  m.passes = m.kind == Material::Kind::null || std::holds_alternative<ThinDielectric<float>>(m.bsdf);
   if (m.kind != Material::Kind::mixture) return;
   for (std::uint32_t& part : m.parts) {
     if (part >= index) throw std::invalid_argument("BSDF " + std::to_string(index) + ": a mixture follows its parts");

@@ -136,7 +136,7 @@ void rank_dielectrics(const SceneDescription& d, const ShapesToNest& shapes, Nes
   for (const Ranked& r : ranked) {
     Surface& surface = surfaces[r.shape];
     surface.media.rank = static_cast<std::uint8_t>(nesting.dielectrics.size());
-    const std::uint32_t material = surface.bsdf[0] != kNone ? surface.bsdf[0] : surface.bsdf[1];
+    const std::uint32_t material = surface.material[0] != kNone ? surface.material[0] : surface.material[1];
     nesting.dielectrics.push_back(
         {surface.media.sides[1], material == kNone ? 1.0F : index_of(shapes, material, r.shape)});
   }

@@ -86,8 +86,8 @@ std::uint32_t Builder::add_surface(const SurfaceDescription& d, bool flipped) {
     if (*bsdf >= materials_.size())
       fail(surfaces_.size(), std::string(side == 0 ? "front" : "back") + " is BSDF " + std::to_string(*bsdf) +
                                  "; expected an index below " + std::to_string(materials_.size()));
-    surface.bsdf[side] = resolve_constant_blend(materials_, *bsdf);
-    const Material& material = materials_[surface.bsdf[side]];
+    surface.material[side] = resolve_constant_blend(materials_, *bsdf);
+    const Material& material = materials_[surface.material[side]];
     surface.textured = surface.textured || material.textured;
     surface.anisotropic = surface.anisotropic || material.anisotropic;
   }
@@ -317,7 +317,8 @@ Scene Builder::build(Intersection mode) {
       std::any_of(surfaces_.begin(), surfaces_.end(), [](const Surface& s) { return s.emission.texture != kNone; });
   const bool lets_light_pass =
       !nesting.dielectrics.empty() || std::any_of(surfaces_.begin(), surfaces_.end(), [&](const Surface& s) {
-        return std::any_of(s.bsdf, s.bsdf + 2, [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });
+        return std::any_of(s.material, s.material + 2,
+                           [&](std::uint32_t i) { return i != kNone && materials_[i].passes; });
       });
   return {.geometry = {.accel = std::move(accel),
                        .surfaces = std::move(surfaces_),

@@ -418,8 +418,7 @@ Optional<LightSample<Real>> SphereLight<Real>::sample(Vec3<Real> receiver, Point
       });
   const Vec3<Double<Real>> direction = BasicFrame<Double<Real>>::from_normal(axis).to_world(drawn.local);
   const Vec3<Double<Real>> outward = normalize(direction * drawn.along - to_center);
-  const Double<Real> side = where(
-      inward_, [] { return Double<Real>(-1); }, [] { return Double<Real>(1); });
+  const Double<Real> side = select(inward_, Double<Real>(-1), Double<Real>(1));
   const Vec3<Real> normal(outward * side), point(center_ + outward * radius_);
   return {{Vec3<Real>(direction),
            radiance_,

@@ -18,7 +18,7 @@ constexpr std::uint64_t kPassSamples = 16;
 /// Paths of a pass over a small film, which adds more samples to a pixel: starting passes must not dominate the time.
 constexpr std::uint64_t kPassPaths = 4096;
 
-/// A copy of a block of the film and its ray counts. It is put back if a path is given up or an exception ends the
+/// A copy of a block of the film and its ray counts. It is put back if a path is abandoned or an exception ends the
 /// block.
 class BlockSnapshot {
  public:
@@ -125,7 +125,7 @@ bool Renderer::advance_until(std::uint64_t samples, const StopWhen& when) {
   while (position_.done < samples) {
     if (position_.target <= position_.done) position_.target = std::min(samples, position_.done + pass_samples());
     run_pass(stop);
-    const bool complete = position_.next_block == blocks_.size() && cancelled_blocks_.empty();
+    const bool complete = position_.next_block == blocks_.size() && abandoned_blocks_.empty();
     if (complete) {
       position_.done = position_.target;
       position_.next_block = 0;
@@ -173,11 +173,11 @@ bool Renderer::has_samples(const PixelBlock& block, std::uint64_t average) const
   return true;
 }
 
-void Renderer::set_sample_rates(std::uint64_t pilot, std::vector<float> rates) {
+void Renderer::set_sample_rates(std::uint64_t equal, std::vector<float> rates) {
   if (rates.size() != std::size_t{film_.width()} * film_.height()) throw std::invalid_argument("a rate for each pixel");
-  if (position_.done != 0 && (position_.done != pilot || position_.next_block != 0))
-    throw std::invalid_argument("the pixels do not have the pilot's samples");
-  schedule_ = SampleSchedule(pilot, std::move(rates), film_.replicates());
+  if (position_.done != 0 && (position_.done != equal || position_.next_block != 0))
+    throw std::invalid_argument("the pixels do not have equal samples");
+  schedule_ = SampleSchedule(equal, std::move(rates), film_.replicates());
 }
 
 void Renderer::limit_to(const PixelBlock& window) {
@@ -194,7 +194,7 @@ void Renderer::limit_to(const PixelBlock& window) {
   blocks_ = std::move(inside);
   schedule_ = {};
   position_ = {};
-  cancelled_blocks_.clear();
+  abandoned_blocks_.clear();
   counters_ = pilot_counters();
   resumed_ = false;
   nonfinite_ = {};
@@ -210,7 +210,7 @@ void Renderer::resume(const Counters& so_far, const Position& position) {
       throw std::invalid_argument("the pixels have other sample counts than its passes leave");
     if (i < position.next_block) again.push_back(i);
   }
-  cancelled_blocks_ = std::move(again);
+  abandoned_blocks_ = std::move(again);
   position_ = position;
   counters_ = so_far;
   resumed_ = true;
@@ -231,7 +231,7 @@ class Renderer::Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// Renders the pass's samples of a block. If a path is given up or an exception is thrown, restores the block, the
+  /// Renders the pass's samples of a block. If a path is abandoned or an exception is thrown, restores the block, the
   /// counters and the logs, and queues the block again. Rethrows the exception.
   void add_samples(std::size_t block) {
     const BlockTask task = renderer_.task(block);
@@ -243,7 +243,7 @@ class Renderer::Worker {
       nonfinite_.shrink(logged);
       faulty_.shrink(faults_logged);
       const std::lock_guard lock(merge_);
-      renderer_.cancelled_blocks_.push_back(block);
+      renderer_.abandoned_blocks_.push_back(block);
     };
     try {
       before_.keep(task.block, renderer_.film_, renderer_.second_, task.pixel_rays);
@@ -252,7 +252,7 @@ class Renderer::Worker {
       undo();
       throw;
     }
-    if (counter_.gave_up) undo();
+    if (counter_.abandoned) undo();
   }
 
  private:
@@ -285,11 +285,11 @@ BlockTask Renderer::task(std::size_t block) noexcept {
 }
 
 void Renderer::run_pass(Stop& stop) {
-  // Workers put the blocks that they give up into cancelled_blocks_. Its memory is reserved before, because a block may
-  // be given up for want of memory.
+  // Workers put the blocks that they abandon into abandoned_blocks_. Its memory is reserved before, because a block may
+  // be abandoned for want of memory.
   std::vector<std::size_t> reserved;
-  reserved.reserve(cancelled_blocks_.size() + blocks_.size() - position_.next_block);
-  const std::vector<std::size_t> again = std::exchange(cancelled_blocks_, std::move(reserved));
+  reserved.reserve(abandoned_blocks_.size() + blocks_.size() - position_.next_block);
+  const std::vector<std::size_t> again = std::exchange(abandoned_blocks_, std::move(reserved));
   const std::size_t tasks = again.size() + blocks_.size() - position_.next_block;
   std::mutex merge;
   const std::size_t begun = run_blocks(tasks, threads_, stop, [&] {
@@ -297,8 +297,8 @@ void Renderer::run_pass(Stop& stop) {
       worker->add_samples(n < again.size() ? again[n] : position_.next_block + n - again.size());
     };
   });
-  for (std::size_t n = begun; n < again.size(); ++n) cancelled_blocks_.push_back(again[n]);
-  std::sort(cancelled_blocks_.begin(), cancelled_blocks_.end());
+  for (std::size_t n = begun; n < again.size(); ++n) abandoned_blocks_.push_back(again[n]);
+  std::sort(abandoned_blocks_.begin(), abandoned_blocks_.end());
   position_.next_block += begun - std::min(begun, again.size());
 }
 

@@ -39,9 +39,9 @@ class Renderer {
   ///
   /// Ends early, between blocks, when `seconds` have passed, or when `poll` returns false or throws; the calling thread
   /// calls it about every 50 ms. Once stopped, a path of 1024 or more bounces is abandoned, and its block is rendered
-  /// again later. After `pause` seconds the call ends early too, but every worker has finished a block by then:
-  /// repeated calls make progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In each
-  /// of these cases the next call continues where this one ended; no sample is lost or counted twice.
+  /// again later. After `pause` seconds the call ends early too, but not before every worker has finished a block, so
+  /// that repeated calls make progress. Exceptions of `poll` and of workers, such as std::bad_alloc, are rethrown. In
+  /// each of these cases the next call continues where this one ended; no sample is lost or counted twice.
   bool advance(std::uint64_t samples, std::optional<double> seconds = {}, const Poll& poll = {},
                std::optional<double> pause = {});
 
@@ -50,16 +50,17 @@ class Renderer {
   bool advance(std::uint64_t samples, std::stop_token cancel, std::optional<double> seconds = {});
 
   /// Progress of the passes: every pixel has `done` samples. In blocks before `next_block` it has `target` samples,
-  /// unless the block was given up.
+  /// unless the block was abandoned.
   struct Position {
     std::uint64_t done = 0, target = 0;
     std::size_t next_block = 0;
   };
   [[nodiscard]] const Position& position() const noexcept { return position_; }
 
-  /// From here on, samples are averages: each pixel's own number grows at its rate. Call when every pixel has `pilot`
-  /// samples, or before `resume`. Throws std::invalid_argument if some have others, or for rates that cannot be.
-  void set_sample_rates(std::uint64_t pilot, std::vector<float> rates);
+  /// From here on, sample counts given to `advance` are means over the image: beyond `equal` samples, each pixel's own
+  /// number grows in proportion to its rate. Call when every pixel has `equal` samples, or before `resume`. Throws
+  /// std::invalid_argument if some have others, or for rates that cannot be.
+  void set_sample_rates(std::uint64_t equal, std::vector<float> rates);
 
   /// From here on, only the blocks in a window of the film are rendered, from the start: other processes render the
   /// rest. The film must have no samples there, unless they are put there before `resume`. Counters start again at the
@@ -71,8 +72,8 @@ class Renderer {
   /// another count.
   void resume(const Counters& so_far, const Position& position);
 
-  /// Renders the pilot, unless it was rendered or none is needed. Returns the settings, with the roulette and the
-  /// splitting map that it chose.
+  /// Renders the pilot of roulette and splitting, unless it was rendered or none is needed. Returns the settings, with
+  /// the roulette and the splitting map that it chose.
   const Settings& decide();
   /// The pilot's decision; null before it is made, or if none was needed.
   [[nodiscard]] const RouletteDecision* decision() const noexcept { return decision_ ? &*decision_ : nullptr; }
@@ -123,7 +124,7 @@ class Renderer {
   Counters counters_;
   SampleLog<NonFinite> nonfinite_;
   SampleLog<FaultySample> faulty_;
-  std::vector<std::size_t> cancelled_blocks_;  // blocks before the next that were given up, in ascending order
+  std::vector<std::size_t> abandoned_blocks_;  // blocks before the next whose samples are missing, in ascending order
 };
 
 }  // namespace equaltime

@@ -1,49 +1,52 @@
-// Named dimensions: every random decision of a path owns a slot of two numbers, whatever other decisions are made.
-// An effect that is absent leaves its slots unused and shifts nothing.
+// Which dimensions of a low-discrepancy point the decisions of a path take: of a lattice (sampling/lattice.h) or of a
+// Sobol' sequence (sampling/sobol.h).
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
-#include "equaltime/base/lanes.h"
+#include "equaltime/sampling/decisions.h"
 
 namespace equaltime {
 
-/// Decisions taken once a path, before its first vertex.
-enum class CameraDimension : std::uint32_t { pixel, lens, time, count };
+/// Vertices whose decisions have dimensions.
+inline constexpr std::uint32_t kDimensionBounces = 8;
+/// Two for the pixel, two for the lens, one for the time, and seven a vertex.
+inline constexpr std::uint32_t kDimensions = 5 + 7 * kDimensionBounces;
+inline constexpr std::uint32_t kDimensionSlots = kCameraSlots + kDimensionBounces * kBounceSlots;
 
-/// Decisions taken at every vertex of a path.
-enum class BounceDimension : std::uint32_t {
-  light_pick,
-  light_point,
-  bsdf_lobe,
-  bsdf_direction,
-  roulette,
-  technique,
-  material,  // which part of a mixture
-  medium,    // how far in a medium, and by which colour that is drawn
-  count
-};
+/// The first dimension of each slot, counted from 1; 0: it has none, as all slots from kDimensionSlots on. Two
+/// decisions that never enter the same product share their dimensions: a vertex's light point and its BSDF direction
+/// do, and its choices of a light and of a lobe.
+inline constexpr std::array<std::uint8_t, kDimensionSlots + 1> kFirstDimension = [] {
+  std::array<std::uint8_t, kDimensionSlots + 1> first{};
+  std::uint8_t next = 1;
+  const auto give = [&](Slot s, std::uint8_t numbers) {
+    first[s.index] = next;
+    next = static_cast<std::uint8_t>(next + numbers);
+  };
+  constexpr std::uint32_t bounces = kDimensionBounces;
+  give(slot(CameraDecision::pixel), 2);
+  for (std::uint32_t b = 0; b < bounces; ++b) {
+    first[slot(BounceDecision::light_point, b).index] = next;
+    give(slot(BounceDecision::bsdf_direction, b), 2);
+    first[slot(BounceDecision::light_pick, b).index] = next;
+    give(slot(BounceDecision::bsdf_lobe, b), 1);
+  }
+  give(slot(CameraDecision::lens), 2);
+  give(slot(CameraDecision::time), 1);
+  for (std::uint32_t b = 0; b < bounces; ++b) give(slot(BounceDecision::roulette, b), 1);
+  for (std::uint32_t b = 0; b < bounces; ++b) give(slot(BounceDecision::material, b), 1);
+  for (std::uint32_t b = 0; b < bounces; ++b) give(slot(BounceDecision::medium, b), 2);
+  return first;
+}();
+static_assert(kFirstDimension[slot(BounceDecision::medium, kDimensionBounces - 1).index] + 1 == kDimensions);
 
-/// The slot of a decision in one path, or in each lane: unique over all decisions and bounces.
-template <LaneNumber Real>
-struct BasicSlot {
-  Bits<Real> index;
-};
-using Slot = BasicSlot<float>;
-
-inline constexpr std::uint32_t kCameraSlots = 8;
-inline constexpr std::uint32_t kBounceSlots = 16;  // half of them are free
-static_assert(static_cast<std::uint32_t>(CameraDimension::count) <= kCameraSlots, "camera slots overlap bounce 0");
-static_assert(static_cast<std::uint32_t>(BounceDimension::count) <= kBounceSlots, "slots of two bounces overlap");
-
+/// The first dimension of a slot, or 0.
 template <LaneNumber Real = float>
-constexpr BasicSlot<Real> slot(CameraDimension d) noexcept {
-  return {static_cast<std::uint32_t>(d)};
-}
-/// `bounce` counts path vertices from 0, the first surface that the camera sees.
-template <LaneNumber Real = float>
-constexpr BasicSlot<Real> slot(BounceDimension d, Bits<Real> bounce) noexcept {
-  return {kCameraSlots + bounce * kBounceSlots + static_cast<std::uint32_t>(d)};
+[[nodiscard]] constexpr Bits<Real> first_dimension(BasicSlot<Real> s) noexcept {
+  return lookup(kFirstDimension, min(s.index, Bits<Real>(kDimensionSlots)));
 }
 
 }  // namespace equaltime

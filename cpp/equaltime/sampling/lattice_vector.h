@@ -4,11 +4,11 @@
 
 #include <cstdint>
 
-#include "equaltime/sampling/coordinates.h"
+#include "equaltime/sampling/dimensions.h"
 
 namespace equaltime::lattice {
 
-inline constexpr std::uint32_t kVector[kCoordinates] = {
+inline constexpr std::uint32_t kVector[kDimensions] = {
     1,        // pixel
     201433,   // pixel
     406757,   // direction 0

@@ -2,7 +2,7 @@
 // No state moves: numbers may be asked for in any order, any number of times, on any thread.
 //
 // `lattice` and `sobol` take the slots of the first vertices from one point in many dimensions
-// (sampling/coordinates.h): of a shifted rank-1 lattice, or of a Sobol' sequence with nested uniform (Owen) scrambling.
+// (sampling/dimensions.h): of a shifted rank-1 lattice, or of a Sobol' sequence with nested uniform (Owen) scrambling.
 // They pad the other slots with 2-D Sobol' points, each in an order of its own, so that slots are not correlated
 // (Burley 2020). `stratified` gives all slots jittered strata in that way (sampling/stratified.h). Each net of a
 // pixel's samples has shifts, scrambles and orders of its own: the difference of two makes an honest error bar
@@ -14,7 +14,7 @@
 #include "equaltime/base/bits.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/point.h"
-#include "equaltime/sampling/coordinates.h"
+#include "equaltime/sampling/decisions.h"
 #include "equaltime/sampling/dimensions.h"
 #include "equaltime/sampling/lattice.h"
 #include "equaltime/sampling/sobol.h"
@@ -60,7 +60,8 @@ class BasicSampler {
     return {kind, mix64<U64>(stream + (net + 1) * kGolden), reverse_bits<U32>(U32(in_net))};
   }
 
-  /// The numbers of one of the 2^log2_copies that a path becomes: together those of as many more samples.
+  /// The sampler of one of the 2^k copies of a split path, k = log2_copies. Copy c of sample i takes point i 2^k + c of
+  /// points of their own for each k, so that the copies of the first n samples have its first n 2^k points.
   [[nodiscard]] BasicSampler copy(std::uint32_t number, std::uint32_t log2_copies) const noexcept {
     const U64 family = key_ + (kCopies + log2_copies) * kGolden;
     if (kind_ == SamplerKind::independent) return {kind_, mix64<U64>(family + mix64(number + 1)), 0};
@@ -77,9 +78,11 @@ class BasicSampler {
   /// One number of 64 bits, for choices whose probabilities reach below 2^-24: the leading 32 are stratified.
   [[nodiscard]] EQUALTIME_INLINE U64 bits(Slot s) const noexcept {
     const U64 h = hash(s);
-    const U32 first = lattice_coordinate(s);
+    const U32 first = lattice_dimension(s);
     const Mask<Real> in_lattice = first != 0;
-    const auto other = [&]() noexcept { return for_each_lane<Real>(other_bits, kind_, reversed_index_, s.index, h); };
+    const auto other = [&]() noexcept {
+      return for_each_lane<Real>(non_lattice_bits, kind_, reversed_index_, s.index, h);
+    };
     if (none(in_lattice)) [[unlikely]]
       return other();
     const U32 x = lattice::coordinate<Real>(reversed_index_, first, sobol::seed_x<Real>(h));
@@ -95,8 +98,8 @@ class BasicSampler {
   }
 
   [[nodiscard]] EQUALTIME_INLINE BasicVertexNumbers<Real> vertex(U32 bounce) const noexcept {
-    const Slot light = slot<Real>(BounceDimension::light_point, bounce);
-    const Slot bsdf = slot<Real>(BounceDimension::bsdf_direction, bounce);
+    const Slot light = slot<Real>(BounceDecision::light_point, bounce);
+    const Slot bsdf = slot<Real>(BounceDecision::bsdf_direction, bounce);
     if constexpr (LaneTraits<Real>::width == 1) {  // four numbers of one path are made floats together
       const Bits2 a = bits_2d(light, hash(light)), b = bits_2d(bsdf, hash(bsdf));
       const FourFloats p = unit_floats(FourBits{a.x, a.y, b.x, b.y});
@@ -124,18 +127,18 @@ class BasicSampler {
   [[nodiscard]] EQUALTIME_INLINE U64 hash(Slot s) const noexcept {
     return mix64<U64>(key_ + U64(s.index + 1) * kGolden);
   }
-  /// The first coordinate of a slot in the lattice, or 0.
-  [[nodiscard]] EQUALTIME_INLINE U32 lattice_coordinate(Slot s) const noexcept {
+  /// The first dimension of a slot in the lattice, or 0.
+  [[nodiscard]] EQUALTIME_INLINE U32 lattice_dimension(Slot s) const noexcept {
     if (kind_ != SamplerKind::lattice) [[unlikely]]
       return 0;
-    return first_coordinate<Real>(s);
+    return first_dimension<Real>(s);
   }
 
   [[nodiscard]] EQUALTIME_INLINE Bits2 bits_2d(Slot s, U64 h) const noexcept {
-    const U32 first = lattice_coordinate(s);
+    const U32 first = lattice_dimension(s);
     const Mask<Real> in_lattice = first != 0;
     const auto other = [&]() noexcept {
-      const U64 both = for_each_lane<Real>(other_bits_2d, kind_, reversed_index_, s.index, h);
+      const U64 both = for_each_lane<Real>(non_lattice_bits_2d, kind_, reversed_index_, s.index, h);
       return Bits2{U32(both >> 32), U32(both)};
     };
     if (none(in_lattice)) [[unlikely]]
@@ -153,33 +156,33 @@ class BasicSampler {
 
   // The other kinds, and slots that the lattice lacks, are out of line, get values and take lanes one by one: inlined,
   // they would slow down paths that take points of the lattice.
-  [[nodiscard, gnu::noinline]] static std::uint64_t other_bits(SamplerKind kind, std::uint32_t reversed_index,
-                                                               std::uint32_t slot, std::uint64_t h) noexcept {
+  [[nodiscard, gnu::noinline]] static std::uint64_t non_lattice_bits(SamplerKind kind, std::uint32_t reversed_index,
+                                                                     std::uint32_t slot, std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;
     const auto with_low = [h](std::uint32_t x, std::uint32_t place) {
       return (static_cast<std::uint64_t>(x) << 32) | low_bits<float>(place, h);
     };
-    if (const std::uint32_t first = sobol_coordinate(kind, slot); first != 0)
+    if (const std::uint32_t first = sobol_dimension(kind, slot); first != 0)
       return with_low(sobol::coordinate(reversed_index, first, sobol::seed_x(h)), reversed_index);
     const std::uint32_t place =
         kind == SamplerKind::stratified ? reversed_index : sobol::permute_in_16(reversed_index, h);
     return with_low(sobol::padded_x(sobol::shuffled_index(place, h), h), place);
   }
   /// Two fractions of 32 bits, x in the upper half.
-  [[nodiscard, gnu::noinline]] static std::uint64_t other_bits_2d(SamplerKind kind, std::uint32_t reversed_index,
-                                                                  std::uint32_t slot, std::uint64_t h) noexcept {
+  [[nodiscard, gnu::noinline]] static std::uint64_t non_lattice_bits_2d(SamplerKind kind, std::uint32_t reversed_index,
+                                                                        std::uint32_t slot, std::uint64_t h) noexcept {
     if (kind == SamplerKind::independent) return h;
     if (kind == SamplerKind::stratified) return stratified::bits_2d(reversed_index, h);
     const auto both = [](std::uint32_t x, std::uint32_t y) { return (static_cast<std::uint64_t>(x) << 32) | y; };
-    if (const std::uint32_t first = sobol_coordinate(kind, slot); first != 0)
+    if (const std::uint32_t first = sobol_dimension(kind, slot); first != 0)
       return both(sobol::coordinate(reversed_index, first, sobol::seed_x(h)),
                   sobol::coordinate(reversed_index, first + 1, sobol::seed_y(h)));
     const std::uint32_t index = sobol::shuffled_index(sobol::permute_in_16(reversed_index, h), h);
     return both(sobol::padded_x(index, h), sobol::padded_y(index, h));
   }
-  /// The first coordinate of a slot in the Sobol' sequence, or 0.
-  [[nodiscard]] static std::uint32_t sobol_coordinate(SamplerKind kind, std::uint32_t slot) noexcept {
-    return kind == SamplerKind::sobol ? first_coordinate(equaltime::Slot{slot}) : 0;
+  /// The first dimension of a slot in the Sobol' sequence, or 0.
+  [[nodiscard]] static std::uint32_t sobol_dimension(SamplerKind kind, std::uint32_t slot) noexcept {
+    return kind == SamplerKind::sobol ? first_dimension(equaltime::Slot{slot}) : 0;
   }
 
   U64 key_;

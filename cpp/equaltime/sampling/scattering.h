@@ -10,7 +10,7 @@ namespace equaltime {
 /// f(wo, wi)·|cosθi| and the density with which `sample` would draw wi; both 0 for directions of measure zero.
 template <class Real>
 struct BsdfValue {
-  Rgb<Real> f;
+  Rgb<Real> f_cos;
   Real pdf = 0;
 };
 
@@ -29,7 +29,7 @@ template <class Real>
                                                                     Mask<Real> mask, Real eta_scale = 1) noexcept {
   const Mask<Real> drawn = mask && value.pdf > 0;
   if (none(drawn)) return std::nullopt;
-  return {{wi, value.f * (1 / value.pdf), value.pdf, false, eta_scale}, drawn};
+  return {{wi, value.f_cos * (1 / value.pdf), value.pdf, false, eta_scale}, drawn};
 }
 
 }  // namespace equaltime

@@ -33,12 +33,12 @@ constexpr Bits<Real> seed_y(Bits64<Real> hash) noexcept {
   return Bits<Real>((hash * kGolden) >> 32);
 }
 
-/// A coordinate of a point, in 32 bits: `number` counts from 1.
-[[nodiscard]] inline std::uint32_t coordinate(std::uint32_t reversed_index, std::uint32_t number,
+/// A coordinate of a point, in 32 bits: `dimension` counts from 1.
+[[nodiscard]] inline std::uint32_t coordinate(std::uint32_t reversed_index, std::uint32_t dimension,
                                               std::uint32_t seed) noexcept {
   std::uint32_t x = 0;
   for (std::uint32_t bits = reversed_index; bits != 0; bits &= bits - 1)
-    x ^= kReversedDirections[number - 1][static_cast<std::size_t>(std::countr_zero(bits))];
+    x ^= kReversedDirections[dimension - 1][static_cast<std::size_t>(std::countr_zero(bits))];
   return reverse_bits(scramble_reversed(x, seed));
 }
 

@@ -1,4 +1,4 @@
-// The direction numbers of the Sobol' sequence, in as many dimensions as a path has coordinates: made at compile time.
+// The direction numbers of the Sobol' sequence, in all dimensions of a path: made at compile time.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "equaltime/base/bits.h"
-#include "equaltime/sampling/coordinates.h"
+#include "equaltime/sampling/dimensions.h"
 
 namespace equaltime::sobol {
 
@@ -18,7 +18,7 @@ struct Recurrence {
   std::uint32_t polynomial;
   std::array<std::uint16_t, 9> first;
 };
-inline constexpr Recurrence kRecurrences[kCoordinates - 1] = {
+inline constexpr Recurrence kRecurrences[kDimensions - 1] = {
     {3, {1}},
     {7, {1, 3}},
     {11, {1, 3, 1}},
@@ -100,11 +100,11 @@ constexpr std::array<std::uint32_t, 32> reversed_directions(std::uint32_t polyno
   return reversed;
 }
 
-/// The direction numbers of each coordinate of a path. The first is the radical inverse.
+/// The direction numbers of each dimension of a path. The first is the radical inverse.
 inline constexpr auto kReversedDirections = [] {
-  std::array<std::array<std::uint32_t, 32>, kCoordinates> all{};
+  std::array<std::array<std::uint32_t, 32>, kDimensions> all{};
   for (std::uint32_t bit = 0; bit < 32; ++bit) all[0][bit] = 1U << (31 - bit);
-  for (std::size_t d = 1; d < kCoordinates; ++d)
+  for (std::size_t d = 1; d < kDimensions; ++d)
     all[d] = reversed_directions(kRecurrences[d - 1].polynomial, kRecurrences[d - 1].first.data());
   return all;
 }();

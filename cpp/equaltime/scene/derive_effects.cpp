@@ -51,7 +51,7 @@ Effects derive_effects(const Scene& scene) noexcept {
   for (const Surface& surface : geometry.surfaces) {
     e.smooth_normals = e.smooth_normals || !surface.mesh.normals.empty();
     e.textures = e.textures || surface.emission.texture != kNone;
-    for (const std::uint32_t side : surface.bsdf)
+    for (const std::uint32_t side : surface.material)
       if (side != kNone) add_material(e, scene, side);
   }
   return e;

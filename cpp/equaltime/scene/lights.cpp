@@ -66,7 +66,7 @@ Optional<LightSample<float>> Lights::sample_delta(const SampledLight& pick, Vec3
 
 Optional<LightSample<float>> Lights::sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                         std::uint32_t bounce, float pmf) const noexcept {
-  const Point2d u = sampler.get_2d_precise(slot(BounceDimension::light_point, bounce));
+  const Point2d u = sampler.get_2d_precise(slot(BounceDecision::light_point, bounce));
   const EnvironmentSample e = of(*environment_, [&](const auto& env) noexcept { return env.sample(u, sampling); });
   if (!(e.value.pdf > 0)) return std::nullopt;
   return LightSample<float>{e.wi, e.value.radiance, e.value.pdf * pmf, 0, {}, true};

@@ -171,7 +171,7 @@ class Lights {
 EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, LightQuery at) const noexcept {
   if (!any_power()) return std::nullopt;
   if (size_ == 1) return SampledLight{0, 1};
-  const std::uint64_t bits = at.sampler.bits(slot(BounceDimension::light_pick, at.bounce));
+  const std::uint64_t bits = at.sampler.bits(slot(BounceDecision::light_pick, at.bounce));
   if (selection == LightSelection::tree) return pick_by_tree(at.receiver, bits);
   const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
   const std::uint32_t light = table.sample(bits);
@@ -196,7 +196,7 @@ EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample_picked(SampledLight
   auto sample = visit_at<E>(pick.light, at.time, [&](const auto& l) noexcept {
     const Vec3f& p = at.receiver.p;
     if constexpr (requires { l.sample(p, Point2d{}, pick.pmf); })
-      return l.sample(p, at.sampler.get_2d_precise(slot(BounceDimension::light_point, at.bounce)), pick.pmf);
+      return l.sample(p, at.sampler.get_2d_precise(slot(BounceDecision::light_point, at.bounce)), pick.pmf);
     else
       return l.sample(p, at.u, pick.pmf);
   });

@@ -27,7 +27,7 @@ struct Material {
     std::uint32_t times;  // another that multiplies it, or kNone
   };
 
-  enum class Kind : std::uint8_t { leaf, nothing, mixture };
+  enum class Kind : std::uint8_t { leaf, null, mixture };
 
   Bsdf bsdf;  // of a leaf, before its textures are applied
   std::vector<Binding> bindings = {};

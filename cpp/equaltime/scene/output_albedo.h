@@ -16,10 +16,10 @@ template <Effects E>
 [[nodiscard]] Spectrum output_albedo(const Scene& scene, std::uint32_t material, const Interaction& it) noexcept {
   if (material == kNone) return {};
   const Material& m = scene.appearance.materials[material];
-  if (m.kind == Material::Kind::nothing) return {};
+  if (m.kind == Material::Kind::null) return {};
   if (m.kind == Material::Kind::mixture) {
     const auto part = [&](int i) noexcept { return output_albedo<E>(scene, m.parts[i], it); };
-    if (scene.appearance.materials[m.parts[0]].kind == Material::Kind::nothing)
+    if (scene.appearance.materials[m.parts[0]].kind == Material::Kind::null)
       return part(1);  // a mask hides nothing of it
     const float w = m.weight_at(scene.appearance.textures, scene.geometry.texture_coords(it));
     return part(0) * (1 - w) + part(1) * w;

@@ -83,7 +83,7 @@ struct SceneGeometry {
                                              Point2f on_primitive) const noexcept;
   /// Index of the material on the side that the interaction is on; kNone if that side absorbs.
   [[nodiscard]] std::uint32_t material(const Interaction& it) const noexcept {
-    return surfaces[it.shape].bsdf[it.front ? 0 : 1];
+    return surfaces[it.shape].material[it.front ? 0 : 1];
   }
   [[nodiscard]] bool emits(const Interaction& it) const noexcept {
     return surfaces[it.shape].emission.first_light != kNone;

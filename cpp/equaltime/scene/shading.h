@@ -88,7 +88,7 @@ template <Effects E>
   if (!(wo.z > 0) || !detail::same_side<E>(it, wi, local)) return {};
   BsdfValue<float> value =
       visit<E>(scatterer, [&](const auto& model) noexcept { return model.eval(wo, local, it.front); });
-  return {{detail::shadowed<E>(it, wi, value.f), value.pdf}, local.z > 0};
+  return {{detail::shadowed<E>(it, wi, value.f_cos), value.pdf}, local.z > 0};
 }
 
 /// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
@@ -101,7 +101,7 @@ template <Effects E>
   auto s = visit<E>(scatterer, [&](const auto& model) noexcept {
     double u_lobe = 0;
     if constexpr (std::decay_t<decltype(model)>::picks_lobe)
-      u_lobe = sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce));
+      u_lobe = sampler.get_1d_precise(slot(BounceDecision::bsdf_lobe, bounce));
     return model.sample(wo, it.front, u_lobe, u);
   });
   if (!s) return std::nullopt;
@@ -145,14 +145,14 @@ template <Effects E>
 [[nodiscard]] Optional<ScatterSample> sample_uniform(const Interaction& it, Scatterer scatterer, const Sampler& sampler,
                                                      std::uint32_t bounce, Point2f u) noexcept {
   const float discrete = delta_probability<E>(it, scatterer);
-  if (discrete > 0 && sampler.get_1d_precise(slot(BounceDimension::bsdf_lobe, bounce)) < discrete)
+  if (discrete > 0 && sampler.get_1d_precise(slot(BounceDecision::bsdf_lobe, bounce)) < discrete)
     return sample_bsdf<E>(it, scatterer, sampler, bounce, u);
   const bool sphere = transmits<E>(scatterer);
   const Vec3f wi = it.frame.to_world(sphere ? square_to_uniform_sphere(u) : square_to_uniform_hemisphere(u));
   const float pdf = (sphere ? kUniformSpherePdf : kUniformHemispherePdf) * (1 - discrete);
   const auto [value, above] = eval_bsdf<E>(it, scatterer, wi);
-  if (value.f.is_black()) return std::nullopt;
-  return ScatterSample{wi, above, value.f * (1 / pdf), pdf, false, 1};
+  if (value.f_cos.is_black()) return std::nullopt;
+  return ScatterSample{wi, above, value.f_cos * (1 / pdf), pdf, false, 1};
 }
 
 /// The share of light that the BSDF scatters, by colour; radiance's compression by refraction is not in it.

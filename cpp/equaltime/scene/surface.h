@@ -49,7 +49,7 @@ struct ShapeParametrization {
 };
 
 struct Surface {
-  std::uint32_t bsdf[2] = {kNone, kNone};  // front, back
+  std::uint32_t material[2] = {kNone, kNone};  // of the front, of the back; kNone: it absorbs
   SurfaceEmission emission;
   SurfaceMedia media;
   bool flipped = false;      // front is against the geometric normal (spheres, disks)

@@ -16,7 +16,8 @@ namespace equaltime {
 /// One-sample MIS of a ray: the lights whose emission it may add, and the sum of pdfs that divided its throughput.
 struct OneSampleMis {
   static constexpr std::uint32_t kEvery = ~std::uint32_t{0}, kNoLight = kEvery - 1;
-  std::uint32_t light = kEvery;  // the one that it was aimed at, or all if the BSDF drew it
+  std::uint32_t light = kEvery;  // the picked light if the ray was aimed at it; all if the choice was the BSDF; none if
+                                 // it was a light, but the picked one has no directions
   float pdf_sum = 0;             // the BSDF's and the picked light's, added
 };
 
@@ -28,18 +29,24 @@ struct PreviousVertex {
   OneSampleMis mixed{};         // of `mixture` alone
 };
 
+/// The weight of `mixture`. A ray's density is the mean of both pdfs, because each technique is chosen with probability
+/// 1/2. The throughput was divided by the sum with the picked light's pdf. The sum with the pdf of the light that is
+/// met takes its place.
+[[nodiscard]] EQUALTIME_INLINE float mixture_weight(const PreviousVertex& previous, std::uint32_t light,
+                                                    float light_pdf) noexcept {
+  if (previous.mixed.light != OneSampleMis::kEvery && previous.mixed.light != light) return 0;
+  const float pdf_sum_here = previous.pdf + light_pdf;
+  return pdf_sum_here > 0 ? previous.mixed.pdf_sum / pdf_sum_here : 0.0F;
+}
+
 /// MIS weight of emission that a scattered ray hits. `light_pdf`: density of light sampling for the ray's direction.
 [[nodiscard]] EQUALTIME_INLINE float emission_mis_weight(const Settings& s, const PreviousVertex& previous,
                                                          std::uint32_t light, float light_pdf) noexcept {
   if (previous.specular_bounce || !aims_at_lights(s.technique)) return 1;
-  if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
   if (s.technique == Technique::mis) [[likely]]
     return mis_weight(s.heuristic, previous.pdf, light_pdf);
-  if (previous.mixed.light != OneSampleMis::kEvery && previous.mixed.light != light) return 0;
-  // The ray's density is the mean of both pdfs, because each technique is chosen with probability 1/2. The throughput
-  // was divided by the sum with the picked light's pdf. The sum with the pdf of the light that is met takes its place.
-  const float pdf_sum_here = previous.pdf + light_pdf;
-  return pdf_sum_here > 0 ? previous.mixed.pdf_sum / pdf_sum_here : 0.0F;
+  if (s.technique == Technique::light) return light_pdf > 0 ? 0.0F : 1.0F;
+  return mixture_weight(previous, light, light_pdf);
 }
 
 /// Radiance that the surface itself sends back along the ray. `previous` is passed by value, here and below: a
@@ -90,12 +97,12 @@ template <Effects E, Observer O>
                                                           O& observer) noexcept(!O::allocates) {
   auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light.wi);
   tell<event::LightSampled>(observer, light, value);
-  if (value.f.is_black()) return {};
+  if (value.f_cos.is_black()) return {};
   const bool bsdf_finds_it = at.settings.technique != Technique::light && !light.delta;
   const float weight = bsdf_finds_it ? mis_weight(at.settings.heuristic, light.pdf, value.pdf) : 1.0F;
   Spectrum radiance = light.radiance;
   if constexpr (E.textures) radiance = E.motion ? at.scene.radiance_of(light, at.time) : at.scene.radiance_of(light);
-  Spectrum unoccluded = value.f * radiance * (weight / light.pdf);
+  Spectrum unoccluded = value.f_cos * radiance * (weight / light.pdf);
   if constexpr (E.masks || E.media) {
     const int crossings = at.scene.rules.count_null_interfaces ? at.settings.max_depth - at.depth - 1 : kUnlimitedDepth;
     const Spectrum transmittance =

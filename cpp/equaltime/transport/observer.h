@@ -22,7 +22,7 @@ struct PathObserver {
   static constexpr bool sees_shadows = true;  // if false, shadow rays are not traced: every light is visible
   using Guard = Unguarded;                    // an object of this class lives while Embree searches
   static constexpr bool stops_path() noexcept { return false; }  // whether the path ends here for it
-  static constexpr bool cancelled() noexcept { return false; }   // whether a long path is to be given up
+  static constexpr bool cancelled() noexcept { return false; }   // whether a long path is to be abandoned
 };
 
 static_assert(std::is_empty_v<PathObserver>);
@@ -82,13 +82,13 @@ class RayCounter : public PathObserver {
 
   /// Whether to abandon a long path because the render ends. Its sample is then discarded.
   [[gnu::noinline]] bool cancelled() noexcept {
-    gave_up = gave_up || (stop && stop->now());
-    return gave_up;
+    abandoned = abandoned || (stop && stop->now());
+    return abandoned;
   }
 
   Counters counters;
   Stop* stop = nullptr;  // of the render
-  bool gave_up = false;
+  bool abandoned = false;
 };
 
 struct RecordedRay {

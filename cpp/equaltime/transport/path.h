@@ -1,7 +1,7 @@
-// THE estimator: one path from the camera, with next-event estimation and BSDF sampling combined by MIS, or as the
-// settings have it.
-// Radiance is unbiased for any settings but a finite max_depth, which belongs to the problem. It never clamps, never
-// drops a sample, never draws a number whose meaning depends on the order of calls.
+// The estimator: one path from the camera, with next-event estimation. Settings choose how samples of lights and of
+// BSDFs are combined; the expected radiance is the same for all settings but max_depth, which says which paths count.
+// Nothing is clamped. Radiance that is not finite is returned as such; sample_pixel.h leaves it out of the film, and
+// logs it.
 #pragma once
 
 #include <cstdint>

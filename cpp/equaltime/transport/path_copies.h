@@ -42,7 +42,7 @@ requires(E.splitting) class PathCopies<E> {
     const std::uint32_t bounce = path.bounce();
     const float fraction = 1 / static_cast<float>(1U << log2_copies_);
     path.beta *= fraction;
-    path.eta_scale *= fraction;  // roulette ignores the split
+    path.hidden_from_roulette *= fraction;
     const Sampler whole = path.sampler;
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);

@@ -23,7 +23,7 @@ struct PathState {
   PathMediumState<E> media;                 // the media and dielectrics that hold the ray
   HiddenEmitters<E> hidden_emitters{true};  // so far
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
-  float eta_scale = 1;                      // the 1/eta² of refraction and the 1/n of splitting in beta
+  float hidden_from_roulette = 1;  // factors of beta that roulette does not see: 1/eta² of refraction, 1/n of splitting
   PreviousVertex previous{};
   int depth = 1;              // of the vertex that the ray goes to, as max_depth counts them
   std::uint32_t crossed = 0;  // surfaces crossed so far that do not count
@@ -36,7 +36,7 @@ struct PathState {
   /// Multiplies the throughput by the weight of a sampled direction.
   EQUALTIME_INLINE void apply_weight(const ScatterSample& s) noexcept {
     beta *= s.weight;
-    eta_scale *= s.eta_scale;
+    hidden_from_roulette *= s.eta_scale;
   }
   /// Leaves a vertex in a scattered direction.
   EQUALTIME_INLINE void leave(const Scene& scene, const Interaction& it, Scatterer scatterer,

@@ -41,14 +41,15 @@ template <Effects E, Observer O>
   add_emission<E>(scene, settings, path, it, observer);
   if (!it) return Arrival::ends;
   v.material = scene.geometry.material(*it);
-  // Surfaces that do not count are crossed even beyond max_depth.
+  // Surfaces that do not count are crossed even beyond max_depth. Those that scatter are delta there (thin glass), so
+  // that no direct light is added.
   const bool crossing_is_free = E.masks && !scene.rules.count_null_interfaces;
   const bool absorbs = v.material == kNone;
   if ((path.depth >= settings.max_depth && !crossing_is_free) || absorbs) return Arrival::ends;
   if constexpr (E.masks) {
-    const double u = path.sampler.get_1d_precise(slot(BounceDimension::material, path.bounce()));
+    const double u = path.sampler.get_1d_precise(slot(BounceDecision::material, path.bounce()));
     v.material = scene.choose_component(v.material, *it, u);
-    if (scene.appearance.materials[v.material].kind == Material::Kind::nothing) {
+    if (scene.appearance.materials[v.material].kind == Material::Kind::null) {
       path.cross(scene, *it, scene.rules.count_null_interfaces);
       return Arrival::crosses;
     }
@@ -126,12 +127,13 @@ template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE bool play_roulette(const Settings& settings, PathState<E>& path, const Interaction& it,
                                                   Scatterer bsdf, O& observer) noexcept(!O::allocates) {
   if (path.depth < settings.roulette_depth) return true;
-  float survival = survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.eta_scale),
-                                        [&]() noexcept { return albedo<E>(it, bsdf); });
+  float survival =
+      survival_probability(settings.roulette, settings.survival, path.beta * (1 / path.hidden_from_roulette),
+                           [&]() noexcept { return albedo<E>(it, bsdf); });
   if (path.depth >= kLongPathDepth && settings.max_depth == kUnlimitedDepth) [[unlikely]]
     survival *= long_path_survival(path.depth);
   tell<event::RouletteBegun>(observer, survival);
-  if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDimension::roulette, path.bounce())) >= survival)
+  if (survival < 1 && path.sampler.get_1d_precise(slot(BounceDecision::roulette, path.bounce())) >= survival)
     return false;
   path.beta *= 1 / survival;
   return true;

@@ -17,20 +17,20 @@ struct FilmSample {
   EQUALTIME_INLINE FilmSample(const BlockTask& task, std::uint64_t px, std::uint64_t py, std::uint64_t index) noexcept
       : sampler(
             Sampler::at(task.settings.sampler, task.seed, py * task.scene.camera.film.width + px, index, task.nets)),
-        offset(task.scene.camera.filter.sample(sampler.get_2d(slot(CameraDimension::pixel)))) {}
+        offset(task.scene.camera.filter.sample(sampler.get_2d(slot(CameraDecision::pixel)))) {}
 
   /// Time of the sample in [0, 1], from the opening of the shutter to its closing; 0 if nothing moves.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE float time() const noexcept {
-    return E.motion ? sampler.get_1d(slot(CameraDimension::time)) : 0.0F;
+    return E.motion ? sampler.get_1d(slot(CameraDecision::time)) : 0.0F;
   }
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Ray ray(const Scene& scene, std::uint64_t px, std::uint64_t py,
                                          float time) const noexcept {
     return camera_ray<E>(
         scene.camera.sensor, scene.camera.motion, static_cast<double>(px) + 0.5 + offset.x,
-        static_cast<double>(py) + 0.5 + offset.y,
-        [&]() noexcept { return sampler.get_2d(slot(CameraDimension::lens)); }, time);
+        static_cast<double>(py) + 0.5 + offset.y, [&]() noexcept { return sampler.get_2d(slot(CameraDecision::lens)); },
+        time);
   }
 };
 
@@ -59,7 +59,7 @@ EQUALTIME_INLINE Spectrum sample_pixel(const BlockTask& task, std::uint32_t x, s
 }
 
 /// Adds the finite samples of a block, made by `sample(x, y, index)`, to the film, in ascending order. Samples of a
-/// pixel's second net go to a film of their own. Ends early if a path was given up.
+/// pixel's second net go to a film of their own. Ends early if a path was abandoned.
 template <class Sample>
 EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCounter& counter,
                                      SampleLog<NonFinite>& nonfinite, Sample&& sample) {
@@ -75,7 +75,7 @@ EQUALTIME_INLINE void render_samples(const BlockTask& task, Film& film, RayCount
         for (std::uint64_t i = first; i < last; ++i) {
           const std::uint64_t index = net == 0 ? i : kSecondNet + i;
           const Spectrum L = sample(x, y, index);
-          if (counter.gave_up) [[unlikely]]
+          if (counter.abandoned) [[unlikely]]
             return;
           if (L.is_finite()) {
             net == 0 ? film.add(x, y, i, L, scale) : task.second->add(x, y, i, L, scale);

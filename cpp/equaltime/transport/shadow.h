@@ -36,7 +36,7 @@ template <Effects E>
                                              bool glass_passes, float time) noexcept {
   const Material& material = scene.appearance.materials[index];
   if (!material.passes) return {};
-  if (material.kind == Material::Kind::nothing) return Spectrum(1);
+  if (material.kind == Material::Kind::null) return Spectrum(1);
   if (material.kind == Material::Kind::mixture) {
     const auto part = [&](int i) noexcept {
       return surface_transmittance<E>(scene, material.parts[i], it, glass_passes, time);

@@ -26,15 +26,15 @@ template <Effects E, Observer O>
   const auto picked = lights.pick(at.settings.light_selection, query);
   tell<event::LightPicked>(observer, picked);
   const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
-  const bool from_light = at.sampler.get_1d(slot(BounceDimension::technique, at.bounce)) < 0.5F;
+  const bool from_light = at.sampler.get_1d(slot(BounceDecision::technique, at.bounce)) < 0.5F;
   OneSampleEstimate estimate;
   if (from_light && has_directions) {
     const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, query);
     if (!light) return estimate;
     const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
     estimate.mixed = {picked->light, value.pdf + light->pdf};
-    const Spectrum weight = value.f * (2 / estimate.mixed.pdf_sum);
-    if (!value.f.is_black()) estimate.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
+    const Spectrum weight = value.f_cos * (2 / estimate.mixed.pdf_sum);
+    if (!value.f_cos.is_black()) estimate.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
     return estimate;
   }
   if (picked && !has_directions) {

@@ -166,7 +166,7 @@ requires(E.media) class PathMediumState<E> {
     if (it) here_.move_to(ahead.point);
     if (medium_here == kNone || beta.is_black()) return nullptr;
     const Medium& medium = scene.volumes.media[medium_here];
-    const Point2d u = sampler.get_2d_precise(slot(BounceDimension::medium, bounce));
+    const Point2d u = sampler.get_2d_precise(slot(BounceDecision::medium, bounce));
     const double free = it ? distance_along(from, ray.direction, ahead) : std::numeric_limits<double>::infinity();
     const DistanceSample flight = medium.sample(beta, free, u);
     beta *= flight.weight;

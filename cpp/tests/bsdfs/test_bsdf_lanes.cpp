@@ -57,7 +57,7 @@ bool same_sample(const BsdfSample<Floats>& samples, std::size_t i, const BsdfSam
 }
 
 bool agrees(const Answer<Floats>& wide, std::size_t i, const Answer<float>& one) {
-  return same(lane(wide.value.f, i), one.value.f) && same(wide.value.pdf[i], one.value.pdf) &&
+  return same(lane(wide.value.f_cos, i), one.value.f_cos) && same(wide.value.pdf[i], one.value.pdf) &&
          same(lane(wide.albedo, i), one.albedo) && wide.has_value[i] == one.has_value &&
          (!one.has_value || same_sample(wide.sample, i, one.sample));
 }

@@ -25,7 +25,7 @@ TEST("samples refract or reflect by all bits of the number that picks") {
   const Bsdf glass = faint_glass();
   const Interaction it = head_on();
   const float reflectance = fresnel_dielectric(1.0F, std::get<Dielectric<float>>(glass).ior).reflectance;
-  const Slot lobe = slot(BounceDimension::bsdf_lobe, 0);
+  const Slot lobe = slot(BounceDecision::bsdf_lobe, 0);
   int told_apart = 0;  // what would be reflected by 24 bits and is not by all
   for (std::uint64_t index = 0; told_apart < 3; ++index) {
     const Sampler sampler = Sampler::at(SamplerKind::independent, 1, 0, index, 1);

@@ -23,10 +23,10 @@ constexpr SamplerKind kKinds[] = {SamplerKind::independent, SamplerKind::stratif
 bool is_unit_number(float x) { return x >= 0 && x < 1 && x * 0x1p24F == std::floor(x * 0x1p24F); }
 
 std::vector<Slot> some_slots() {
-  std::vector<Slot> slots = {slot(CameraDimension::pixel), slot(CameraDimension::lens)};
+  std::vector<Slot> slots = {slot(CameraDecision::pixel), slot(CameraDecision::lens)};
   for (const std::uint32_t bounce : {0U, 1U, 7U, 1000U})
-    for (const BounceDimension d :
-         {BounceDimension::light_point, BounceDimension::bsdf_direction, BounceDimension::roulette})
+    for (const BounceDecision d :
+         {BounceDecision::light_point, BounceDecision::bsdf_direction, BounceDecision::roulette})
       slots.push_back(slot(d, bounce));
   return slots;
 }
@@ -35,9 +35,9 @@ TEST("every number is a multiple of 2^-24 in [0, 1)") {
   for (const SamplerKind kind : kKinds)
     for (std::uint64_t index = 0; index < 20000; ++index) {
       const Sampler s = Sampler::at(kind, 3, index % 100, index * 977, 2);
-      const Point2f p = s.get_2d(slot(CameraDimension::pixel));
+      const Point2f p = s.get_2d(slot(CameraDecision::pixel));
       CHECK(is_unit_number(p.x) && is_unit_number(p.y));
-      CHECK(is_unit_number(s.get_1d(slot(BounceDimension::roulette, 5))));
+      CHECK(is_unit_number(s.get_1d(slot(BounceDecision::roulette, 5))));
     }
 }
 
@@ -47,8 +47,8 @@ TEST("a vertex's numbers are those of its slots") {
       const Sampler s = Sampler::at(kind, 1, 12345, index, 3);
       for (const std::uint32_t bounce : {0U, 1U, 63U}) {
         const VertexNumbers v = s.vertex(bounce);
-        const Point2f light = s.get_2d(slot(BounceDimension::light_point, bounce));
-        const Point2f bsdf = s.get_2d(slot(BounceDimension::bsdf_direction, bounce));
+        const Point2f light = s.get_2d(slot(BounceDecision::light_point, bounce));
+        const Point2f bsdf = s.get_2d(slot(BounceDecision::bsdf_direction, bounce));
         CHECK(v.light_point.x == light.x && v.light_point.y == light.y);
         CHECK(v.bsdf_direction.x == bsdf.x && v.bsdf_direction.y == bsdf.y);
       }
@@ -59,8 +59,8 @@ TEST("precise numbers continue the ordinary ones") {
   for (const SamplerKind kind : kKinds)
     for (std::uint64_t index = 0; index < 5000; ++index) {
       const Sampler s = Sampler::at(kind, 9, 4, index, 2);
-      const Point2d precise = s.get_2d_precise(slot(BounceDimension::light_point, 0));
-      const Point2f p = s.get_2d(slot(BounceDimension::light_point, 0));
+      const Point2d precise = s.get_2d_precise(slot(BounceDecision::light_point, 0));
+      const Point2f p = s.get_2d(slot(BounceDecision::light_point, 0));
       CHECK(std::floor(precise.x * 0x1p24) * 0x1p-24 == static_cast<double>(p.x));
       CHECK(std::floor(precise.y * 0x1p24) * 0x1p-24 == static_cast<double>(p.y));
       CHECK(precise.x < 1 && precise.y < 1);
@@ -109,8 +109,8 @@ std::vector<Point2f> replicate_points(SamplerKind kind, Slot s, std::uint64_t pi
   return points;
 }
 
-// A slot without coordinates; single samples are padded in sixteens.
-constexpr Slot kPadded = slot(BounceDimension::bsdf_direction, 1000);
+// A slot without dimensions; single samples are padded in sixteens.
+constexpr Slot kPadded = slot(BounceDecision::bsdf_direction, 1000);
 constexpr int kLeastPadded = 4;
 
 TEST(
@@ -120,13 +120,13 @@ TEST(
     for (std::uint32_t r = 0; r < replicates; ++r)
       for (int k = 0; k <= 10; ++k) {
         const auto points = [&](Slot s) { return replicate_points(SamplerKind::sobol, s, 1000 + r, r, replicates, k); };
-        CHECK(is_net(points(slot(CameraDimension::pixel)), k));
+        CHECK(is_net(points(slot(CameraDecision::pixel)), k));
         CHECK(k < kLeastPadded || is_net(points(kPadded), k));
       }
 }
 
 TEST("the net test rejects independent points, and Sobol points of which two swapped a coordinate") {
-  const Slot s = slot(CameraDimension::pixel);
+  const Slot s = slot(CameraDecision::pixel);
   CHECK(!is_net(replicate_points(SamplerKind::independent, s, 0, 0, 2, 6), 6));
   std::vector<Point2f> points = replicate_points(SamplerKind::sobol, s, 0, 0, 2, 6);
   std::swap(points[3].y, points[40].y);
@@ -160,16 +160,16 @@ bool is_in_strata(SamplerKind kind, Slot s, std::uint64_t first, int k, bool y) 
   return true;
 }
 
-TEST("each coordinate is even over any 2^k samples from a multiple of 2^k on, of the lattice and of Sobol'") {
-  for (std::uint32_t index = 0; index < kCoordinateSlots; ++index) {
-    if (first_coordinate(Slot{index}) == 0) continue;
+TEST("each dimension is even over any 2^k samples from a multiple of 2^k on, of the lattice and of Sobol'") {
+  for (std::uint32_t index = 0; index < kDimensionSlots; ++index) {
+    if (first_dimension(Slot{index}) == 0) continue;
     for (const int k : {1, 4, 10})
       for (const std::uint64_t block : {0ULL, 1ULL, 5ULL}) {
         CHECK(is_even({index}, block << k, k, false));
         CHECK(is_in_strata(SamplerKind::sobol, {index}, block << k, k, false));
       }
   }
-  const Slot pixel = slot(CameraDimension::pixel);
+  const Slot pixel = slot(CameraDecision::pixel);
   CHECK(is_even(pixel, 0, 8, true) && is_in_strata(SamplerKind::sobol, pixel, 0, 8, true));
   CHECK(!is_even(pixel, 3, 4, false));  // not from a multiple on
   CHECK(!is_in_strata(SamplerKind::independent, pixel, 0, 4, false));
@@ -200,8 +200,8 @@ TEST("Sobol' points of the pixel and three vertices are together more even than 
         }
         coordinates.insert(coordinates.end(), {x, y});
       };
-      add(also_pixel ? slot(CameraDimension::pixel) : slot(BounceDimension::bsdf_direction, bounce + 3));
-      for (std::uint32_t b = bounce; b < bounce + 3; ++b) add(slot(BounceDimension::bsdf_direction, b));
+      add(also_pixel ? slot(CameraDecision::pixel) : slot(BounceDecision::bsdf_direction, bounce + 3));
+      for (std::uint32_t b = bounce; b < bounce + 3; ++b) add(slot(BounceDecision::bsdf_direction, b));
       sum += unevenness(coordinates);
     }
     return sum / 100;
@@ -270,12 +270,12 @@ double coarse_variance(SamplerKind kind, Slot a, Slot b) {
   return squares / (64.0 * kPixels);
 }
 
-TEST("slots without coordinates are padded as independent of each other; shuffled by nested scrambling they are not") {
-  const Slot a = slot(BounceDimension::bsdf_direction, 9), b = slot(BounceDimension::bsdf_direction, 10);
+TEST("slots without dimensions are padded as independent of each other; shuffled by nested scrambling they are not") {
+  const Slot a = slot(BounceDecision::bsdf_direction, 9), b = slot(BounceDecision::bsdf_direction, 10);
   const double most = 1 + 5 * std::sqrt(2.0 / 4000);  // five standard deviations
   for (const SamplerKind kind : {SamplerKind::lattice, SamplerKind::sobol}) {
     CHECK(coarse_variance(kind, a, b) < most);
-    CHECK(coarse_variance(kind, slot(BounceDimension::technique, 0), b) < most);
+    CHECK(coarse_variance(kind, slot(BounceDecision::technique, 0), b) < most);
   }
   CHECK(coarse_variance(SamplerKind::stratified, a, b) > 1.8);
 }
@@ -316,7 +316,7 @@ std::vector<Point2f> copied_points(SamplerKind kind, Slot s, int k, std::uint32_
 }
 
 TEST("the points of all copies of 2^k samples are a net too, and share no number with the samples") {
-  for (const Slot s : {slot(CameraDimension::pixel), kPadded})
+  for (const Slot s : {slot(CameraDecision::pixel), kPadded})
     for (const std::uint32_t log2_copies : {1U, 2U, 4U}) {
       const std::vector<Point2f> copies = copied_points(SamplerKind::sobol, s, 5, log2_copies);
       CHECK(is_net(copies, 5 + static_cast<int>(log2_copies)));
@@ -331,7 +331,7 @@ TEST("the points of all copies of 2^k samples are a net too, and share no number
 TEST("single numbers are stratified in the same way") {
   for (const SamplerKind kind : {SamplerKind::stratified, SamplerKind::sobol})
     for (const Slot s : some_slots())
-      for (std::uint32_t k = kind == SamplerKind::sobol && first_coordinate(s) == 0 ? kLeastPadded : 0; k <= 10; ++k) {
+      for (std::uint32_t k = kind == SamplerKind::sobol && first_dimension(s) == 0 ? kLeastPadded : 0; k <= 10; ++k) {
         std::set<std::uint64_t> strata;
         for (std::uint64_t j = 0; j < (1ULL << k); ++j)
           strata.insert(k == 0 ? 0 : Sampler::at(kind, 2, 5, 2 * j, 2).bits(s) >> (64 - k));
@@ -388,8 +388,8 @@ TEST("numbers of different slots, samples, replicates and neighbouring pixels ar
       return y ? p.y : p.x;
     };
   };
-  const Slot light = slot(BounceDimension::light_point, 0), bsdf = slot(BounceDimension::bsdf_direction, 0);
-  const Slot later = slot(BounceDimension::light_point, 1);
+  const Slot light = slot(BounceDecision::light_point, 0), bsdf = slot(BounceDecision::bsdf_direction, 0);
+  const Slot later = slot(BounceDecision::light_point, 1);
   for (const SamplerKind kind : kKinds) {
     const auto a = number(kind, 6, light);
     CHECK(std::abs(pair_deviate(a, number(kind, 6, bsdf))) < statistics::kReject);
@@ -411,7 +411,7 @@ template <class Bits>
 double shuffle_deviate(Bits second) {
   constexpr int kPairs = 32, kPixels = 1 << 15;
   std::vector<double> counts(kPairs + 1, 0), expected;
-  const Slot first = slot(BounceDimension::light_point, 2);
+  const Slot first = slot(BounceDecision::light_point, 2);
   for (std::uint64_t pixel = 0; pixel < kPixels; ++pixel) {
     std::size_t agree = 0;
     for (std::uint64_t j = 0; j < 2 * kPairs; j += 2) {
@@ -438,12 +438,12 @@ double shuffle_deviate(Bits second) {
 }
 
 TEST("slots of one pixel are shuffled independently of each other") {
-  for (const Slot s : {slot(BounceDimension::bsdf_direction, 2), slot(BounceDimension::light_point, 3)})
+  for (const Slot s : {slot(BounceDecision::bsdf_direction, 2), slot(BounceDecision::light_point, 3)})
     CHECK(std::abs(shuffle_deviate([s](const Sampler& sampler) { return sampler.bits(s); })) < statistics::kReject);
 }
 
 TEST("the shuffling test rejects a slot that goes with another one in every fiftieth pixel") {
-  const Slot s = slot(BounceDimension::bsdf_direction, 2), same = slot(BounceDimension::light_point, 2);
+  const Slot s = slot(BounceDecision::bsdf_direction, 2), same = slot(BounceDecision::light_point, 2);
   CHECK(shuffle_deviate([&, calls = 0](const Sampler& sampler) mutable {
           return sampler.bits(calls++ / 32 % 50 == 0 ? same : s);
         }) > statistics::kReject);

@@ -8,8 +8,8 @@ namespace {
 using namespace equaltime;
 
 using Wide = BasicSampler<Floats>;
-constexpr BounceDimension kDecisions[] = {BounceDimension::light_pick, BounceDimension::bsdf_direction,
-                                          BounceDimension::technique};
+constexpr BounceDecision kDecisions[] = {BounceDecision::light_pick, BounceDecision::bsdf_direction,
+                                         BounceDecision::technique};
 
 /// Whether lane i of all that samplers give has the numbers of one path with the pixel, sample and bounce of lane j.
 bool agrees(SamplerKind kind, const Pack<std::uint64_t>& pixel, const Pack<std::uint64_t>& index,
@@ -17,7 +17,7 @@ bool agrees(SamplerKind kind, const Pack<std::uint64_t>& pixel, const Pack<std::
   const Wide wide = Wide::at(kind, 7, pixel, index, 3);
   const Sampler one = Sampler::at(kind, 7, pixel[j], index[j], 3);
   bool same = true;
-  for (const BounceDimension d : kDecisions) {
+  for (const BounceDecision d : kDecisions) {
     const BasicSlot<Floats> slots = slot<Floats>(d, bounce);
     const Slot s = slot(d, bounce[j]);
     const Point2<Floats> points = wide.get_2d(slots);

@@ -22,7 +22,7 @@ Record = Mapping[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class ReplaySource:
-    """Scene, strategy and seed by which samples of a saved render are traced again, with the bits of the render."""
+    """Scene, strategy and seed of a saved render, to trace its samples again with bit-identical results."""
 
     scene: Scene
     strategy: Strategy

@@ -102,7 +102,7 @@ class PixelStatistics:
 
 
 def pixel_statistics(moments: NDArray[Any]) -> PixelStatistics:
-    """Return mean, variance and sample count of every pixel, from the means of its R replicates.
+    """Return each pixel's mean, the variance of that mean, and its sample count, from the means of R replicates.
 
     Replicates are disjoint groups of a pixel's samples, usually two. With ``n_r`` samples and mean ``M_r`` in replicate
     r, and ``N = Σ n_r``, the image is ``I = Σ n_r M_r / N``, and

@@ -99,7 +99,7 @@ class Focus:
         return self.possible and samples * self.share < _MANY
 
     def doubt(self, samples: float, error: float, mean: float) -> str:
-        """Return, in words, why focused light may make the true error larger than the upper limit; empty if it cannot.
+        """Return, in words, why focused light may make the true error larger than stated; empty if it cannot.
 
         Parameters
         ----------

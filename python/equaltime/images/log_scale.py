@@ -25,9 +25,9 @@ class LogScale:
         """Return a common scale of ``maps`` (arrays of any shape), so that equal colours mean equal values.
 
         The high end is the 99th percentile of all maps, rounded up to half a decade. Numbers that are not finite or not
-        above 0 are left out. The scale spans ``decades`` factors of ten. If ``most`` is larger than ``decades``, the
-        scale reaches down to the 1st percentile of half of the maps, and to the 90th of every map. One map far below
-        all others then leaves them most of the scale. The scale spans at most ``most`` factors of ten.
+        above 0 are left out. The scale spans ``decades`` factors of ten, or more if ``most`` allows it: at most
+        ``most`` factors. It then reaches down to the 1st percentile of at least half of the maps, and to the 90th of
+        every map. So one map far below all others does not take most of the scale from them.
         """
         flat = (np.ravel(values) for values in maps)
         positive = [kept for values in flat if (kept := values[np.isfinite(values) & (values > 0.0)]).size]

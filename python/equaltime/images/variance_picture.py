@@ -42,8 +42,8 @@ def scale_in_words(variance: NDArray[Any]) -> str:
 def write_variance(path: Path, variance: NDArray[Any], description: str = "", scene: str | None = None) -> None:
     """Write a grey picture of the variance of one sample, ``variance`` (H, W, 3), to a PNG file.
 
-    The scale is logarithmic, and darker where the variance is higher; the file's description tells its ends. Pixels
-    whose variance is unknown (infinite) are black. ``description`` and ``scene`` (the path of the scene file) become
+    The scale is logarithmic; darker is higher. The ends of the scale are added to ``description``. Pixels whose
+    variance is unknown (infinite) are black. ``description`` and ``scene`` (the path of the scene file) become
     attributes of the file.
 
     Raises

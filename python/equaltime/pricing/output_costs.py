@@ -37,10 +37,11 @@ def measure_outputs(
     The key `ALL` has the share of all outputs made together. Shares refer to the time of the image with all outputs.
     The result is empty if the scene asks for no outputs.
 
-    The image and all outputs are rendered ``repeats`` times by ``strategy``, with ``samples`` per pixel. The first
-    repeat has the seed ``seed``, and each repeat takes the next one. The order alternates between repeats, so that a
-    drifting machine affects all alike. ``threads`` is the number of threads; 0 is one for each processor. ``progress``
-    is called with the finished fraction. Raises `NonFiniteSample` if a sample is NaN or infinite.
+    Each of ``repeats`` repeats makes the image, each output by itself, and all outputs together, by ``strategy`` with
+    ``samples`` per pixel. The first repeat has the seed ``seed``, and each repeat takes the next one. Every second
+    repeat goes in reverse order, so that a drifting machine affects all alike. ``threads`` is the number of threads; 0
+    is one for each processor. ``progress`` is called with the finished fraction. Raises `NonFiniteSample` if a sample
+    is NaN or infinite.
     """
     asked = asked_for(scene)
     if not asked:

@@ -56,9 +56,9 @@ class Processors(NamedTuple):
         return cls(1e-9 * ran, 1e-9 * waited)
 
     def had_since(self, before: Processors) -> float:
-        """Return the share of the processors that this process had since ``before``, in [0, 1].
+        """Return the part of the processor time wanted since ``before`` that this process got, in [0, 1].
 
-        The share is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
+        It is the time that threads ran, divided by the time that they ran or waited; 1 if the times are unknown.
         """
         ran, waited = self.ran - before.ran, self.waited - before.waited
         return ran / (ran + waited) if ran > 0.0 and waited > 0.0 else 1.0

@@ -42,11 +42,12 @@ def to_repeat(
 
 
 def from_repeat(text: str, path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], float]:
-    """Return the record of a picture's tag, as `to_repeat` wrote it, and the exposure in stops.
+    """Return the record of a picture's render (scene, strategy, seed, ...) and its exposure in stops.
 
-    ``path`` is the picture, for messages. Measured times and counts are 0. The record has the key ``background``:
-    the colour that the picture was saved with, or None. Its key ``saved`` is the file of the render from which the
-    picture was made, or None. Raises `ImageError` if the tag is damaged.
+    ``text`` is the tag that `to_repeat` wrote into the picture file ``path``. It holds no measured times and counts:
+    those keys of the record are 0. The record's key ``background`` is the colour that the picture was saved with, or
+    None. The key ``saved`` is the file of the render from which the picture was made, or None. Raises `ImageError` if
+    the tag is damaged.
     """
     try:
         said = {"saved": None, **json.loads(text)}

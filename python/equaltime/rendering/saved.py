@@ -120,7 +120,7 @@ class SavedRender:
 
     @property
     def looks(self) -> tuple[Look, ...]:
-        """Looks of the saved render: the estimates of its error at which it might have stopped."""
+        """Looks of the saved render: each is an estimate of its error, made to decide whether to stop."""
         return looks_of(self.record)
 
     @property

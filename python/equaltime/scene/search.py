@@ -31,9 +31,10 @@ class Search:
     def find(self, name: str, *, beside: Path | None = None) -> Path:
         r"""Return the path of the first file or folder called `name` in the listed folders.
 
-        The folder of the file `beside`, if it is given, comes before the listed ones: two folders may hold files of
-        equal names, as in Mitsuba. If there is no such file, return the path that `name` would have in the scene file's
-        folder. Names written on Windows, such as ``textures\wood.png``, are understood if no file has just that name.
+        If `beside` is given, the folder of that file comes first, as in Mitsuba: a file finds its neighbour, even if
+        another folder holds a file of the same name. If there is no such file, return the path that `name` would have
+        in the scene file's folder. Names written on Windows, such as ``textures\wood.png``, are understood if no file
+        has just that name.
         """
         folders = self._folders if beside is None else [beside.parent, *self._folders]
         for spelling in dict.fromkeys((name, name.replace("\\", "/"))):

@@ -164,10 +164,11 @@ def _steepness(x: Floats, y: Floats) -> float:
 
 
 def start_seconds(runs: Runs, kept: Floats) -> float:
-    """Return the seconds that a render takes beside its samples; 0 if one image grows from checkpoint to checkpoint.
+    """Return the seconds of a render that do not grow with its samples, such as the start of a program.
 
-    The start is the intercept of a line through the mean times over sample counts, by least squares of relative
-    deviations. ``kept`` (K,) is the weight of each repeat. The result is below the shortest mean time.
+    They are 0 if one image grows from checkpoint to checkpoint, since no checkpoint then starts anew. The start is the
+    intercept of a line through the mean times over sample counts, by least squares of relative deviations. ``kept``
+    (K,) is the weight of each repeat. The result is below the shortest mean time.
     """
     if runs.spp is None or runs.spp.size < _FEWEST_POINTS:
         return 0.0
@@ -272,19 +273,19 @@ def time_to_error(runs: Runs, target: float) -> Interval:
       interval then says so.
     - Beyond the measured times the error curve is extrapolated in log-log axes, which ``note`` says too. The slope is
       -1/2 for independent samples without such paths. Otherwise it is fitted to the last three doublings of time.
-      `STEEPEST` takes the place of a steeper fit, and the interval is wider then (`steep_doubt`). No curve goes on
+      A steeper fit than `STEEPEST` is replaced by it, and the interval is wider then (`steep_doubt`). No curve goes on
       beyond 100 times the longest run, and that of a biased strategy is not extrapolated to later times.
-    - If the last measured error is above ``target`` although the time is within the runs, ``note`` is `RISES`: earlier
-      errors were smaller, and the time is that of a mean of both.
+    - If the error is below ``target`` in the middle of the runs but above it at their end, ``note`` is `RISES`. The
+      time is then read off a curve that takes means of such earlier and later errors.
     - If a renderer starts anew for every checkpoint, slopes are against samples, and the start is added to times.
     - The value is ``inf`` if the curve does not reach ``target`` within these limits. The field ``low`` is then a time
       that is surely too short for ``target``; it is 0 if no such time is known. For a biased strategy it is the longest
-      run, or ``inf`` if the bias alone exceeds ``target`` (`Runs.bias`). If the fitted slope of an unbiased strategy
-      does not fall, ``low`` alone is valid.
+      run, or ``inf`` if the bias alone exceeds ``target`` (`Runs.bias`).
+    - If the fitted error of an unbiased strategy does not fall, ``value`` is ``inf`` and only ``low`` tells anything.
     - The value is NaN if there are too few checkpoints to extrapolate, or if the error is below the reference's noise
-      from the first checkpoint on. It is NaN where ``target`` is within the limits only by the steep end of the slope's
-      95 % interval. It is also NaN for a time beyond the runs to an error below the reference's own, which the
-      reference could not confirm.
+      from the first checkpoint on. It is NaN if ``target`` is reached within the limits only by a curve with the steep
+      end of the slope's 95 % interval. It is also NaN for a time beyond the runs to an error below the reference's own,
+      which the reference could not confirm.
     """
     whole = np.ones(runs.repeats)
     typical = bool(runs.tail)

@@ -101,7 +101,7 @@ def about(interval: Interval) -> str:
 
 
 def count(number: float) -> str:
-    """Return ``number``, a count of samples per pixel, as text: a whole number from 10 on, else two digits."""
+    """Return a count of samples per pixel as text: a whole number from 10 on, else two significant digits."""
     return f"{number:,.0f}" if number >= 10.0 else f"{number:.2g}"
 
 

@@ -31,11 +31,11 @@ def pairs_mean(products: Floats, kept: Floats) -> float:
 
 
 def covariance(products: Floats, kept: Floats) -> float:
-    """Return the covariance over renders of two images a and b, averaged over pixels, from ``products`` (K, K).
+    """Return the covariance of two images a and b from render to render, averaged over pixels.
 
-    ``products[r, s]`` is the mean over pixels of ``a_r b_s``, for renders r and s. If a and b are the same image, the
-    result is its variance. ``kept`` (K,) is 1 for renders that count, else 0. The divisor is their number less one. The
-    covariance is NaN for fewer than two renders.
+    ``products`` (K, K) has the mean over pixels of ``a_r b_s`` at [r, s], for renders r and s. If a and b are the same
+    image, the result is its variance. ``kept`` (K,) is 1 for renders that count, else 0. The divisor is their number
+    less one. The covariance is NaN for fewer than two renders.
     """
     count = float(kept.sum())
     if count < 2.0:

@@ -56,10 +56,11 @@ def reason(difference: Interval | None) -> str:
 
 
 def withheld(result: StrategyResult, baseline: Interval | None) -> StrategyResult:
-    """Return the result without the errors, times and ratios that a difference of picture spoils.
+    """Return ``result`` without the numbers that cannot be trusted, since a strategy converges to another picture.
 
-    Numbers that are left out are unknown, with `reason` as their note. The bias is the difference. ``baseline`` is
-    the difference of the baseline, which spoils ratios; None if it has none.
+    If the strategy's own picture differs from the reference (``result.difference``), its errors and times below the
+    difference are unknown, and its ``bias`` is the difference. ``baseline`` is the difference of the baseline's
+    picture; it makes ratios unknown too. None means no difference. The note of an unknown number tells the `reason`.
     """
     own, theirs = result.difference, baseline
     least = least_error(own)

@@ -118,7 +118,7 @@ def with_one_point(scene: SceneResult) -> str:
 
 
 def has_typical_times(scene: SceneResult) -> bool:
-    """Tell whether any time to an error is that of typical runs, which the curves do not show."""
+    """Tell whether any time to an error is a median over repeats, and so not where the drawn curve has that error."""
     return any(TYPICAL in time.note for strategy in scene.strategies for time in strategy.time_to.values())
 
 

@@ -81,10 +81,11 @@ def silenced(cells: tuple[Cell, ...]) -> tuple[Cell, ...]:
 
 
 def unsaid(names: Iterable[str], dashes: bool, quick: bool, cells: Iterable[Cell]) -> str:
-    """Return a sentence on numbers that a table does not show: left-out columns and dashes; empty if none is missing.
+    """Return a sentence that tells which columns a table leaves out, and why; empty if it shows every number.
 
-    ``names`` are the headings of the left-out columns, and ``dashes`` tells whether there are dashes. ``quick`` tells
-    whether longer runs would give more numbers. ``cells`` are all cells of the table, before any was left out.
+    ``names`` are the headings of the left-out columns. ``dashes`` tells whether a cell shows a dash instead of its
+    number, and ``quick`` whether longer runs would give more numbers. ``cells`` are all cells of the table, also in
+    left-out columns: their notes give the reasons.
     """
     listed = ", ".join(names)
     silent = [cell.note for cell in cells if _is_silent(cell)]

@@ -146,10 +146,10 @@ class SingleRun:
     known: Reference
 
     def checkpoints(self) -> Iterator[tuple[Row, Point]]:
-        """Render the run, and yield a row of the records with its state at each sample count.
+        """Render the run, and yield a row of the records with the state of the image, for each sample count.
 
-        Each row tells whether it is the run's last row. So a row is yielded only at the next sample count, or at the
-        end of the run. The last row lacks the name of its image.
+        A row must tell whether it is the run's last one. So it is held back until the next sample count is reached, or
+        the run ends. The caller saves the last image, and adds its name to the last row.
 
         Raises
         ------

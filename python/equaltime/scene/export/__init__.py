@@ -35,9 +35,9 @@ def convert(
     """Write the scene to the file `file`, and return all files that were written, `file` first.
 
     The suffix of `file` decides the format; see `FORMATS`. The written scene names meshes and images relative to
-    `file`. With `copy`, meshes and images are copied into a folder beside `file` first, and glTF files with the buffers
-    and images that they name. For XML, meshes and bitmaps of glTF files become separate files in that folder, and so do
-    parts of OBJ files.
+    `file`. With `copy`, meshes and images are first copied into a folder beside `file`; a glTF file is copied with the
+    buffers and images that it names. For XML, with `copy` or without, meshes and bitmaps of glTF files and parts of OBJ
+    files become separate files in that folder.
 
     Raises SceneError for an unknown format, or if `file` exists and `overwrite` is False. Raises ValueError if a file
     of the scene is missing.

@@ -56,7 +56,7 @@ class Part:
 
     @cached_property
     def points(self) -> NDArray[np.float32]:
-        """Vertices (N, 3) relative to `origin`, rounded as in the core."""
+        """Vertices (N, 3) less `origin`, then rounded to float32: the numbers that the core computes with."""
         assert self.mesh is not None
         assert self.origin is not None
         with np.errstate(over="ignore"):

@@ -160,7 +160,7 @@ class Rough(BsdfPlugin):
         return self.alpha_u, self.alpha_v
 
     def parameters(self) -> dict[str, Any]:
-        """Return the parameters, with the roughness of both directions."""
+        """Return the BSDF's parameters by name, with the roughness along u and along v, even if they are equal."""
         alpha_u, alpha_v = self.alphas
         return without(super().parameters(), "alpha") | {"alpha_u": alpha_u, "alpha_v": alpha_v}
 

@@ -134,7 +134,7 @@ class MeshAttribute(TexturePlugin):
     def numbers(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the attribute's `values` times ``scale``, clamped to [0, 1] if ``cut`` is set.
 
-        The result is not multiplied by the texture ``times``.
+        The field ``times``, a texture that multiplies the attribute, is not applied.
         """
         scaled = self.scale * values
         return np.clip(scaled, 0.0, 1.0) if self.cut else scaled
