@@ -22,6 +22,7 @@ __all__ = [
     "megabytes",
     "places",
     "probability",
+    "read_off",
     "rounded",
     "span",
 ]
@@ -113,3 +114,8 @@ def megabytes(size: float) -> str:
 def probability(p: float) -> str:
     """Return a p-value as text, such as ``p = 0.03``, or ``p < 0.0001`` if it is smaller."""
     return f"p = {p:.2f}" if p >= 0.01 else f"p = {p:.4f}" if p >= 0.0001 else "p < 0.0001"
+
+
+def read_off(*errors: Interval) -> str:
+    """Return ``measured``, or ``extrapolated`` if one of these errors lies outside the runs."""
+    return "measured" if all(error.reach == 1.0 for error in errors) else "extrapolated"

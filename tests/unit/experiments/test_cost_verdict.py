@@ -199,8 +199,8 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     heavy = FAR.bounded("low", "heavy tail: a pixel")
     answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
     assert answer.startswith(
-        "On box, for the error that best has after 1 s, a typical run of best needs about 800 times less time than one "
-        "of naive (300 to 2,000), if the error of naive goes on to fall as 1/sqrt(time). "
+        "On box, for the error that best has after 2 s (measured 7.07 %), a typical run of best needs about 800 times "
+        "less time than one of naive (300 to 2,000), if the error of naive goes on to fall as 1/sqrt(time). "
         "No time to a given error can be trusted: "
     )
     assert "heavy tail" in answer
@@ -209,13 +209,19 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
 
 def test_a_gain_at_the_end_of_the_runs_is_told_with_the_time_at_which_they_ended() -> None:
     found = scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
+    points = replace(curve(0.1), seconds=(Interval(0.52, 0.4, 0.7),), error=(Interval(0.233, 0.2, 0.3),))
+    equal = Interval(0.16, 0.15, 0.17, reach=1.9).noted("extrapolated 1.9 times beyond the longest run")
     early = replace(
-        found, strategies=tuple(replace(one, run_seconds=(0.9, 0.4, 0.41, 0.39, 0.5)) for one in found.strategies)
+        found,
+        strategies=tuple(
+            replace(one, run_seconds=(0.9, 0.4, 0.41, 0.39, 0.5), curve=points, error_at_budget=equal)
+            for one in found.strategies
+        ),
     )
-    assert "for the error that best has after 410 ms, a typical run" in verdict([early], TARGETS)
-    error = Interval(0.233, 0.2, 0.3).bounded("low", "heavy tail")
-    measured = replace(early, strategies=tuple(replace(one, error_at_budget=error) for one in early.strategies))
-    assert "that best has after 410 ms (measured 23.3 %), a typical run" in verdict([measured], TARGETS)
+    assert "that best has after 520 ms (measured 23.3 %), a typical run" in verdict([early], TARGETS), "not at 1 s"
+    hidden = replace(points, error=(UNKNOWN,))
+    unknown = replace(early, strategies=tuple(replace(one, curve=hidden) for one in early.strategies))
+    assert "that best has after 520 ms, a typical run" in verdict([unknown], TARGETS)
     other = replace(found, name="hall")
     assert "for the error that best has at the end of its runs, a typical" in verdict([early, other], TARGETS)
 
@@ -304,14 +310,15 @@ def test_a_mean_error_that_says_the_opposite_of_typical_runs_is_told_in_the_answ
     found = scene((TIME, TIME), (typical, typical))
     naive, best = found.strategies
 
-    def told(error: float) -> str:
-        errors = (Interval(0.114, 0.08, 0.3), Interval(error, 0.04, 0.5))
+    def told(error: float, reach: float = 1.0) -> str:
+        errors = (Interval(0.114, 0.08, 0.3, reach=reach), Interval(error, 0.04, 0.5))
         strategies = [replace(one, error_at_budget=e) for one, e in zip((naive, best), errors, strict=True)]
         return answer_of([replace(found, strategies=tuple(strategies))], TARGETS).text
 
     assert told(0.165).endswith(
         "in typical runs; over all runs, the measured error at equal time is 1.45 times larger."
     )
+    assert told(0.165, reach=1.2).endswith("the extrapolated error at equal time is 1.45 times larger.")
     assert "over all runs" not in told(0.08)
 
 
@@ -372,6 +379,9 @@ def test_a_biased_strategy_with_the_lowest_error_is_told_with_the_bias_that_it_k
     never = "more time takes its error to that bias, not to 0."
     for question in ("time", "bias"):
         assert f"{lowest} 1.7 % (0.7 to 2.2): {never}" in verdict([found], TARGETS, question)
+    late = replace(best, error_at_budget=Interval(0.2, 0.19, 0.21, reach=1.1))
+    told = verdict([replace(found, strategies=(naive, cut, late))], TARGETS)
+    assert lowest.replace("measured", "extrapolated") in told
     limit = replace(cut, bias=bias.bounded("high", "noise"))
     assert f"{lowest} at most 2.2 %: {never}" in verdict([replace(found, strategies=(naive, limit, best))], TARGETS)
     assert "cut on box has the lowest" in verdict([found, found], TARGETS)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from equaltime.experiments.analysis.disagreement import NEGLIGIBLE, least_error, off_by
 from equaltime.experiments.analysis.sentences import joined
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.in_words import probability
+from equaltime.statistics.in_words import probability, read_off
 from equaltime.statistics.intervals import UNKNOWN, Interval, sound
 from equaltime.words import percent
 
@@ -47,8 +47,9 @@ def biased_leaders(scenes: Sequence[SceneResult]) -> str:
         first = min(measured, key=lambda one: one.error_at_budget.value, default=None)
         if first is not None and first.biased:
             on = f" on {scene.name}" if len(scenes) > 1 else ""
+            how = read_off(*(one.error_at_budget for one in measured))
             told.append(
-                f"{first.label}{on} has the lowest measured error at equal time, and {_kept(first.bias)}: more time "
+                f"{first.label}{on} has the lowest {how} error at equal time, and {_kept(first.bias)}: more time "
                 "takes its error to that bias, not to 0."
             )
     return " ".join(told)

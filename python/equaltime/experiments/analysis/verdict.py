@@ -29,8 +29,8 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.film.tails import MOST_SHARE
 from equaltime.statistics.agreement import LEVEL
 from equaltime.statistics.curves import BEFORE, BETTER, INDEPENDENT
-from equaltime.statistics.in_words import about, figure, in_time, span
-from equaltime.statistics.intervals import Interval, product_mean, sound, sound_below
+from equaltime.statistics.in_words import about, figure, in_time, read_off, span
+from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean, sound, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL, of_one_kind
 from equaltime.words import duration, percent, rough_duration
 
@@ -200,17 +200,17 @@ def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool)
 
 
 def _against_the_mean(found: Sequence[_Found], target: float) -> list[str]:
-    """Return clauses on scenes where measured errors at equal time contradict a speed-up of typical runs."""
+    """Return clauses on scenes where errors at equal time contradict a speed-up of typical runs."""
     told = []
     for scene, strategy in found:
-        errors = {one.label: one.error_at_budget.value for one in scene.strategies}
-        error, baseline = errors[strategy.label], errors.get(scene.baseline, math.nan)
-        ratio = error / baseline if baseline > 0.0 else math.nan
+        errors = {one.label: one.error_at_budget for one in scene.strategies}
+        error, baseline = errors[strategy.label], errors.get(scene.baseline, UNKNOWN)
+        ratio = error.value / baseline.value if baseline.value > 0.0 else math.nan
         known = _is_typical((scene, strategy), target) and 0.0 < ratio < math.inf
         if known and (ratio > 1.0) == (strategy.ratio[target].value > 1.0):
             on = f" on {scene.name}" if len(found) > 1 else ""
             size = f"{figure(ratio)} times larger" if ratio > 1.0 else f"{figure(1.0 / ratio)} times smaller"
-            told.append(f"the measured error at equal time{on} is {size}")
+            told.append(f"the {read_off(error, baseline)} error at equal time{on} is {size}")
     return told
 
 
@@ -435,14 +435,21 @@ def _typical(scenes: Sequence[SceneResult]) -> str:
     labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
     place = where([scene.name for scene, _ in found], len(scenes))
     gain = product_mean([strategy.efficiency for _, strategy in found])
-    ends = {duration(scene.other_end(strategy) or scene.budget_s) for scene, strategy in found}
-    end = f"after {ends.pop()}" if len(ends) == 1 else "at the end of its runs"
-    if len(found) == 1 and 0.0 < (error := found[0][1].error_at_budget.value) < math.inf:
-        end += f" (measured {percent(error)})"
     return (
-        f"{place}, for the error that {labels} has {end}, a typical run of {labels} needs "
+        f"{place}, for the error that {labels} has {_end(found)}, a typical run of {labels} needs "
         f"{less_time(gain, f'one of {baseline}')}, if the error of {baseline} goes on to fall as 1/sqrt(time)."
     )
+
+
+def _end(found: Sequence[_Found]) -> str:
+    """Return the time at which runs ended, and on one scene the error measured there: the last point of the curve."""
+    if len(found) == 1:
+        curve = found[0][1].curve
+        error = curve.error[-1].value
+        measured = f" (measured {percent(error)})" if 0.0 < error < math.inf else ""
+        return f"after {duration(curve.seconds[-1].value)}{measured}"
+    ends = {duration(scene.other_end(strategy) or scene.budget_s) for scene, strategy in found}
+    return f"after {ends.pop()}" if len(ends) == 1 else "at the end of its runs"
 
 
 def _grows(scenes: Sequence[SceneResult]) -> str:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from equaltime.experiments.model.summary import DISAGREES, SceneResult, StrategyResult, Summary
 from equaltime.statistics.curves import BEFORE, BEYOND, RISES
-from equaltime.statistics.in_words import beside_one, exponent, places, probability
+from equaltime.statistics.in_words import beside_one, exponent, places, probability, read_off
 from equaltime.statistics.intervals import TELLING, TOO_WIDE, UNKNOWN, Interval, sound
 from equaltime.statistics.runs import TYPICAL
 
@@ -163,8 +163,7 @@ def measured_cell(interval: Interval) -> Cell:
     cell = error_cell(interval)
     if cell.state != "untrusted" or not interval.bound or not 0.0 < interval.value < math.inf:
         return cell
-    how = "measured" if interval.reach == 1.0 else "extrapolated"
-    return replace(cell, interval=f"({how} {percent(interval.value)})")
+    return replace(cell, interval=f"({read_off(interval)} {percent(interval.value)})")
 
 
 def factor_cell(interval: Interval) -> Cell:
