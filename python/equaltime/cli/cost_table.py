@@ -21,6 +21,7 @@ from equaltime.experiments.report.words import (
     LESS_THAN,
     MEDIAN,
     MORE_THAN,
+    NOT_REACHED,
     RISEN,
     Cell,
     in_brackets_stands,
@@ -52,14 +53,15 @@ _MOST_SCENES = 2
 _OTHER_LINES = 6
 """Lines beside rows and caveats: verdict twice, heading, what ``*`` means, what ``-v`` adds, what to open next.
 
-Times of typical runs have one more, what their mark means, and errors with a lower or an upper limit alone have one
-each."""
+Times of typical runs have one more, what their mark means. So have times that are not reached. Errors with a lower
+or an upper limit alone have one each."""
 
 _LINES_AROUND = 5
 """Lines beside rows, caveats and meanings of marks."""
 
-_EXPLAINED = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN, *map(str.strip, (EXTRAPOLATED, MEDIAN, EARLY, RISEN)))
-"""Marks whose meanings are told without ``-v``: without a word of their own, they cannot be guessed."""
+_BEHIND = tuple(map(str.strip, (EXTRAPOLATED, MEDIAN, EARLY, RISEN)))
+_EXPLAINED = (AT_LEAST, AT_MOST, LESS_THAN, MORE_THAN, NOT_REACHED, *_BEHIND)
+"""Marks whose meanings are told without ``-v``: they cannot be guessed."""
 
 _Row = tuple[SceneResult, StrategyResult]
 
@@ -79,6 +81,7 @@ def print_summary(summary: Summary, folder: Path, verbose: bool = False, quick: 
     telling = [row for row in every if _tells(row[1])]
     few = len(every) <= _FEW_ROWS
     others = _OTHER_LINES + any(TYPICAL in time.note for _, one in every for time in one.time_to.values())
+    others += any(time.trusted and math.isinf(time.value) for _, one in every for time in one.time_to.values())
     others += len({bound for _, one in every if (bound := one.error_at_budget.bound)})
     absent = [*_without_times(summary, quick)]
     room = MOST_LINES - others - len(caveats)

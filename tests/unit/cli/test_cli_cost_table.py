@@ -120,6 +120,15 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     assert not any("Why" in line for line in printed(summary(tmp_path), tmp_path, capsys))
 
 
+def test_a_time_that_is_not_reached_is_explained(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The error of an unbiased strategy falls on: it reaches every error at some time."""
+    never = Interval(math.inf, 60.0, math.inf).noted("not reached in 100 times the longest run")
+    found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to=dict.fromkeys(one.time_to, never)))
+    told = "not reached in 100 times the longest run, or in the runs of a biased strategy"
+    assert told in printed(found, tmp_path, capsys)
+    assert told not in printed(summary(tmp_path), tmp_path, capsys)
+
+
 def test_times_of_typical_runs_are_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def typical(one: StrategyResult) -> StrategyResult:
         return replace(one, time_to={target: time.noted(TYPICAL) for target, time in one.time_to.items()})

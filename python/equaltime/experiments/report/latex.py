@@ -19,6 +19,7 @@ from equaltime.experiments.report.words import (
     LESS_THAN,
     MEDIAN,
     MORE_THAN,
+    NOT_REACHED,
     RISEN,
     Cell,
     Unit,
@@ -166,7 +167,7 @@ def _cell(scene: SceneResult, strategy: StrategyResult, column: _Column, units: 
 
 
 def _text(cell: Cell) -> str:
-    told = cell.interval or cell.text in ("not reached", DISAGREEING) or cell.text.startswith(_BOUNDS)
+    told = cell.interval or cell.text in (NOT_REACHED, DISAGREEING) or cell.text.startswith(_BOUNDS)
     return str(cell) if told else DASH
 
 

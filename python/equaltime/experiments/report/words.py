@@ -25,6 +25,7 @@ __all__ = [
     "LESS_THAN",
     "MEDIAN",
     "MORE_THAN",
+    "NOT_REACHED",
     "RISEN",
     "Cell",
     "Unit",
@@ -66,6 +67,9 @@ EXTRAPOLATED, MEDIAN, EARLY, RISEN = (f"{_THIN}{sign}" for sign in "*\N{DAGGER}\
 """Marks after numbers: beyond the runs, of typical runs (a median over repeats), before the first measurement, and
 where measured errors rise. The space keeps them apart from a star in a label."""
 
+NOT_REACHED = "not reached"
+"""Text of a time, or of a count of samples, that is infinite."""
+
 DISAGREEING = "disagrees"
 """Text of a number that a renderer does not get, because its picture is another one."""
 
@@ -81,7 +85,9 @@ _MEANINGS: Mapping[str, str] = {
     AT_MOST: "at most, since the lower end of the interval is not known",
     LESS_THAN: "less than, since the strategy does not reach the error in 100 times its longest run, or in its runs "
     "if it is biased",
-    MORE_THAN: "more than, since the baseline does not reach the error",
+    MORE_THAN: "more than, since the baseline does not reach the error in 100 times its longest run, or in its runs if "
+    "it is biased",
+    NOT_REACHED: "in 100 times the longest run, or in the runs of a biased strategy",
     EXTRAPOLATED: "extrapolated beyond the longest run",
     MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
     "mean squares, and a few rare events make most of them: such a time is not where a curve crosses the error",
@@ -218,7 +224,7 @@ def known_gains(summary: Summary) -> list[str]:
         )
     ]
     baseline = " or ".join(dict.fromkeys(scene.baseline for scene in summary.scenes))
-    told = "baseline's squared error over the strategy's, median over pairs of runs"
+    told = f"squared error {_TIMES} time of the baseline over the strategy's, median over pairs of runs"
     return [f"gain over {baseline} at equal time ({told}): {', '.join(found)}"] if found else []
 
 
@@ -230,7 +236,7 @@ def plain_cell(interval: Interval) -> Cell:
 def samples_cell(interval: Interval) -> Cell:
     """Return a table cell with a count of samples per pixel; an infinite count is printed as "not reached"."""
     if math.isinf(interval.value):
-        return Cell("not reached", note=interval.note, state="unknown")
+        return Cell(NOT_REACHED, note=interval.note, state="unknown")
     return _cell(interval, _SAMPLES)
 
 
@@ -258,7 +264,7 @@ def seconds_cell(interval: Interval, unit: Unit | None = None) -> Cell:
     ``interval`` is in seconds. ``unit`` is the unit to print; None takes the one that suits the duration.
     """
     if math.isinf(interval.value) and interval.trusted:
-        return Cell("not reached", note=interval.note, state="unknown")
+        return Cell(NOT_REACHED, note=interval.note, state="unknown")
     return _cell(interval, unit or _time_unit(_shown(interval)))
 
 
