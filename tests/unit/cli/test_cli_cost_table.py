@@ -108,12 +108,20 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     found = replace(summary(tmp_path), headline_target=0.1)
     lines = printed(found, tmp_path, capsys)
     assert [" ".join(part.split()) for part in lines[1].split("time to ")[1:]] == ["10 %", "1 %"]
-    rule = "Why 10 %: it is the smallest target whose times can be trusted"
-    why = f"{rule}; times within the runs come before extrapolated ones."
+    why = (
+        "Why 10 %: it is the smallest target whose times can be trusted; times within the runs come before "
+        "extrapolated ones."
+    )
     assert lines[5] == why
     assert why in legend(found, every_row(found))
     far = changed(found, "best", lambda one: replace(one, time_to={**one.time_to, 0.1: replace(HUGE, note="")}))
-    assert far.headline_rule == f"{rule}; they are extrapolated."
+    beyond = (
+        "Why 10 %: its times are extrapolated. Targets of at least three times the reference's error come first, then "
+        "those known on most scenes, then the nearest to the runs."
+    )
+    assert far.headline_rule == beyond
+    slow = changed(found, "best", lambda one: replace(one, ratio={**one.ratio, 0.1: replace(HUGE, note="")}))
+    assert slow.headline_rule == beyond, "the time of the baseline is extrapolated"
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "66")
     assert "time to 10" in printed(found, tmp_path, capsys)[1], "the only one on a narrow terminal"

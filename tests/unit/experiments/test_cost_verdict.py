@@ -104,6 +104,26 @@ def test_a_measured_time_beats_one_beyond_the_runs_even_if_the_baseline_is() -> 
     )
 
 
+def test_of_extrapolated_targets_the_reference_comes_first_then_the_scenes_then_the_way_beyond_the_runs() -> None:
+    """To 10 % within a reference of 3.3 %, to 5 % within one of 1.6 %."""
+    near, far = replace(FAR, reach=2.0), replace(FAR, reach=6.0)
+
+    def target(scenes: Sequence[SceneResult], error: float) -> float | None:
+        return headline_target([replace(one, reference_error=error) for one in scenes], TARGETS, "time")
+
+    assert target([scene((near, far), (RATIO, RATIO))], 0.01) == 0.1, "nearer"
+    assert target([scene((far, near), (RATIO, RATIO))], 0.01) == 0.05, "nearer: 10 % is before the first measurement"
+    assert target([scene((far, near), (RATIO, RATIO))], 0.018) == 0.1, "the reference"
+    assert target([scene((far, near), (RATIO, RATIO))], 0.04) == 0.05, "it is too noisy for both"
+    slow = (replace(RATIO, reach=43.0), replace(RATIO, reach=7.0))
+    assert target([scene((TIME, TIME), slow)], 0.01) == 0.05, "the time of the baseline counts too"
+    lacking = (UNKNOWN, UNKNOWN)
+    three = [scene((far, near), (RATIO, RATIO)), scene((far, UNKNOWN), (RATIO, UNKNOWN)), scene(lacking, lacking)]
+    assert target(three, 0.01) == 0.1, "on two of three scenes"
+    assert target([scene((near, TIME), (RATIO, RATIO))], 0.04) == 0.05, "within the runs"
+    assert target([scene((near, far), lacking)], 0.01) == 0.1, "no speed-up is known"
+
+
 def test_a_time_before_the_first_measurement_is_not_told_as_one_beyond_the_longest_run() -> None:
     early = Interval(0.2, 0.15, 0.25, reach=3.0).noted("extrapolated 3 times before the first measurement")
     assert said((UNKNOWN, early), (UNKNOWN, RATIO)).endswith(

@@ -23,7 +23,7 @@ from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
 from equaltime.experiments.model.experiment import LEAST_CROP, Experiment, Window
-from equaltime.experiments.model.summary import BUSY, Curve, SceneResult, StrategyResult, Summary
+from equaltime.experiments.model.summary import BUSY, REFERENCE_SHARE, Curve, SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.telling import is_quick
 from equaltime.experiments.run.folder import OWN_DEPTHS, ExperimentFolder
 from equaltime.experiments.run.record import Row, complete, load
@@ -46,8 +46,6 @@ _LATE = 1.1
 """Times the budget from which a first image is told to be late; runs aim at the budget with about this accuracy."""
 _SHORTEST_RUN = 0.1
 """Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
-_REFERENCE_SHARE = 3.0
-"""Factor by which the smallest target should exceed a reference's error, whose noise is then a ninth of the square."""
 _BELOW_ZERO = "its square is below 0 by more than its interval: rare bright paths make the errors"
 """Reason why the interval of a bias is not valid; no square is below 0."""
 _HEAVY_REFERENCE = "the reference has a heavy tail: one pixel makes much of its error"
@@ -128,7 +126,7 @@ def _hasty_references(references: Mapping[str, Any], experiment: Experiment, sce
 
     ``references`` has the facts of each reference by the name of its scene.
     """
-    wanted, matters = experiment.reference.error, min(experiment.targets) / _REFERENCE_SHARE
+    wanted, matters = experiment.reference.error, min(experiment.targets) / REFERENCE_SHARE
     facts = {name: references[name] for name in scenes if "seconds_allowed" in references.get(name, {})}
     errors = {name: one["error"] for name, one in facts.items() if one["error"] > max(TOLERANCE * wanted, matters)}
     if not errors:

@@ -19,20 +19,20 @@ from equaltime.experiments.analysis.sentences import (
     across,
     compared,
     joined,
-    less_time,
     listed,
     where,
 )
+from equaltime.experiments.analysis.typical_runs import Found, grows, standards, typical_ends, typical_gain
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
 from equaltime.experiments.model.experiment import Question
-from equaltime.experiments.model.summary import SceneResult, StrategyResult
+from equaltime.experiments.model.summary import REFERENCE_SHARE, SceneResult, StrategyResult
 from equaltime.film.tails import MOST_SHARE
 from equaltime.statistics.agreement import LEVEL
-from equaltime.statistics.curves import BEFORE, BETTER, INDEPENDENT
+from equaltime.statistics.curves import BEFORE, BETTER
 from equaltime.statistics.in_words import about, figure, in_time, read_off, span
 from equaltime.statistics.intervals import UNKNOWN, Interval, product_mean, sound, sound_below
 from equaltime.statistics.runs import MISSING, TYPICAL, of_one_kind
-from equaltime.words import duration, percent, rough_duration
+from equaltime.words import percent, rough_duration
 
 __all__ = ["headline_target", "pick_standard", "verdict"]
 
@@ -56,11 +56,12 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     themselves biased, and how far off these pictures are.
 
     For the question ``time`` the answer has two numbers: the speed-up of the standard strategy (usually ``best``) over
-    the baseline, and its time to an error. Both numbers are for the smallest target error at which their intervals are
-    trusted, on all scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only
-    the baseline is extrapolated. Without a trusted speed-up on any scene, the answer is the efficiency of typical runs.
-    The last choice is a speed-up of which only the lower limit is known, for example because the baseline does not
-    reach the error. A note has the limits of the scenes that the answer leaves out: limits cannot be compared.
+    the baseline, and its time to an error. Both numbers are for one target error at which their intervals are trusted,
+    on all scenes if possible. Numbers that need no extrapolation are preferred, then numbers for which only the
+    baseline is extrapolated. Within the runs the smallest target is taken, beyond them the one by `_farness`. Without a
+    trusted speed-up on any scene, the answer is the efficiency of typical runs. The last choice is a speed-up of which
+    only the lower limit is known, for example because the baseline does not reach the error. The scenes that the answer
+    leaves out have a sentence, and a note has their limits: limits cannot be compared.
     """
     if question == "bias":
         found = bias_verdict(scenes, LEVEL)
@@ -99,22 +100,42 @@ def headline_target(scenes: Sequence[SceneResult], targets: Sequence[float], que
 def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> tuple[Answer, float | None]:
     """Return the answer to the question ``time``, and the error whose time it gives (None if it gives none)."""
     tests: list[tuple[bool, _Test]] = [(True, sound), (False, sound)]
-    if not _typical(scenes):  # a measured number says more than a limit
+    if not typical_gain(scenes):  # a measured number says more than a limit
         tests += [(True, _is_limit), (False, _is_limit)]
     for everywhere, ratio_is_good in tests:
         for reach in _REACHES:
-            for target in sorted(targets):
-                found = [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None]
-                if found and (len(found) == len(scenes) or not everywhere):
-                    limits = _limits([one for one in scenes if one not in [named for named, _ in found]], target)
-                    answer = _speed_ups(found, target, len(scenes)).noted([limits]).then(fastest(scenes, target))
-                    return _with_own(answer, scenes, target), target
+            known = {
+                target: found
+                for target in sorted(targets)
+                if (found := [one for scene in scenes if (one := _at(scene, target, reach, ratio_is_good)) is not None])
+                and (len(found) == len(scenes) or not everywhere)
+            }
+            if known:
+                target = min(known, key=lambda one: _farness(one, known[one], ratios=True))
+                found = known[target]
+                limits = _limits([one for one in scenes if one not in [named for named, _ in found]], target)
+                answer = _speed_ups(found, target, len(scenes)).noted([limits]).then(fastest(scenes, target))
+                return _with_own(answer, scenes, target), target
     alone = _time_alone(scenes, targets)
     if alone is None:
         return _without_ratio(scenes, alone).noted([_next_step(scenes, targets)]), None
     limits = _limits(scenes, alone[2]) if len(scenes) > 1 else ""
     answer = _without_ratio(scenes, alone).noted([limits]).then(fastest(scenes, alone[2]))
     return _with_own(answer, scenes, alone[2]), alone[2]
+
+
+def _farness(target: float, found: Sequence[Found], ratios: bool) -> tuple[bool, bool, int, float]:
+    """Return how far outside the runs the times to ``target`` on the scenes ``found`` are; the smallest is the best.
+
+    ``ratios`` tells that speed-ups count too. Targets within the runs are equal. Of the others, those for which the
+    references are good enough come first, then those that are known on most scenes, then the nearest to the runs.
+    """
+    numbers = [one.time_to[target] for _, one in found] + ratios * [one.ratio[target] for _, one in found]
+    reach = max(number.reach for number in numbers)
+    if reach == 1.0:
+        return False, False, 0, reach
+    noisy = any(REFERENCE_SHARE * scene.reference_error > target for scene, _ in found)
+    return True, noisy, -len(found), reach
 
 
 def _is_limit(ratio: Interval) -> bool:
@@ -129,7 +150,6 @@ def _limited(ratio: Interval) -> Interval:
     return replace(ratio, value=ratio.low).bounded("low", "the baseline does not reach the error")
 
 
-_Found = tuple[SceneResult, StrategyResult]
 _Test = Callable[[Interval], bool]
 
 _REACHES: tuple[Callable[[Interval, Interval], bool], ...] = (
@@ -142,8 +162,8 @@ _MOST_OWN = 3
 """Largest number of methods of one's own that the verdict names; tables show more of them better."""
 
 
-def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> _Found | None:
-    for _, strategy in _standards((scene,)):
+def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval], bool], good: _Test) -> Found | None:
+    for _, strategy in standards((scene,)):
         if strategy.label != scene.baseline:
             time, ratio = strategy.time_to.get(target), strategy.ratio.get(target)
             if time is not None and ratio is not None and sound(time) and good(ratio) and reach(time, ratio):
@@ -151,7 +171,7 @@ def _at(scene: SceneResult, target: float, reach: Callable[[Interval, Interval],
     return None
 
 
-def _speed_ups(found: Sequence[_Found], target: float, count: int) -> Answer:
+def _speed_ups(found: Sequence[Found], target: float, count: int) -> Answer:
     """Return a sentence for each kind of speed-up: of mean errors, and of typical runs. The two have no common mean.
 
     Speed-ups and times to ``target`` are known on the scenes ``found`` of ``count`` scenes.
@@ -166,12 +186,12 @@ def _speed_ups(found: Sequence[_Found], target: float, count: int) -> Answer:
     return first
 
 
-def _is_typical(found: _Found, target: float) -> bool:
+def _is_typical(found: Found, target: float) -> bool:
     """Tell whether a speed-up or its time to ``target`` is of typical runs."""
     return any(TYPICAL in number[target].note for number in (found[1].ratio, found[1].time_to))
 
 
-def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool) -> Answer:
+def _speed_up(found: Sequence[Found], target: float, count: int, several: bool) -> Answer:
     """Return the sentence on speed-up and time to ``target``, on the scenes ``found`` of ``count`` scenes.
 
     ``several`` tells that the experiment has several scenes, so that a single one is named.
@@ -199,7 +219,7 @@ def _speed_up(found: Sequence[_Found], target: float, count: int, several: bool)
     return Answer(f"{place}, {faster}: {percent(target)} error in {across(each, in_time)}{limits}.").noted(notes)
 
 
-def _against_the_mean(found: Sequence[_Found], target: float) -> list[str]:
+def _against_the_mean(found: Sequence[Found], target: float) -> list[str]:
     """Return clauses on scenes where errors at equal time contradict a speed-up of typical runs."""
     told = []
     for scene, strategy in found:
@@ -214,7 +234,7 @@ def _against_the_mean(found: Sequence[_Found], target: float) -> list[str]:
     return told
 
 
-def _why_a_limit(found: Sequence[_Found], target: float) -> str:
+def _why_a_limit(found: Sequence[Found], target: float) -> str:
     """Return in brackets why speed-ups to ``target`` are limits: by the baseline's time; empty if that is known."""
     for scene, strategy in found:
         ratio = strategy.ratio[target]
@@ -312,7 +332,7 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
 
     ``alone`` is the result of `_time_alone`: the first trusted time. The notes have the reasons.
     """
-    typical = _typical(scenes)
+    typical = typical_gain(scenes)
     if alone is None:
         lacking = f"No time{_of_standards(scenes)} to a given error can be trusted{_reason(scenes)}."
         return Answer(typical, (lacking,)) if typical else Answer(lacking)
@@ -323,7 +343,7 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     reached = f"{strategy.label} reaches {percent(target)} error in {in_time(time)}{limits}."
     answer = f"On {scene.name}, {reached}"
     if typical:
-        return Answer.of((typical, answer), [_typical_ends(scenes), _grows(scenes), *notes])
+        return Answer.of((typical, answer), [typical_ends(scenes), grows(scenes), *notes])
     if strategy.label == scene.baseline:
         alone_there = len(scene.strategies) == 1
         return Answer(answer if alone_there else f"{answer} It is the baseline of the comparison.").noted(notes)
@@ -345,7 +365,7 @@ def _next_step(scenes: Sequence[SceneResult], targets: Sequence[float]) -> str:
         return rare
     largest = max(targets)
     found: list[tuple[float, SceneResult, bool]] = []
-    for scene, strategy in _standards(scenes):
+    for scene, strategy in standards(scenes):
         error = strategy.error_at_budget
         known = error.low if error.bound == "low" else error.value
         if known > 0.0 and math.isfinite(known):
@@ -417,81 +437,23 @@ def _rare(intervals: Iterable[Interval]) -> str:
 def _time_alone(
     scenes: Sequence[SceneResult], targets: Sequence[float]
 ) -> tuple[SceneResult, StrategyResult, float] | None:
-    """Return a scene, its standard strategy, and the first target with a trusted time; times within the runs first."""
-    for extrapolated in (False, True):
-        for target in sorted(targets):
-            for scene, strategy in _standards(scenes):
-                time = strategy.time_to[target]
-                if sound(time) and (extrapolated or time.reach == 1.0):
-                    return scene, strategy, target
-    return None
-
-
-def _typical(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence on the median efficiency of the standard strategy; empty if none is trusted."""
-    found = _with_efficiency(scenes)
-    if not found:
-        return ""
-    labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
-    place = where([scene.name for scene, _ in found], len(scenes))
-    gain = product_mean([strategy.efficiency for _, strategy in found])
-    return (
-        f"{place}, for the error that {labels} has {_end(found)}, a typical run of {labels} needs "
-        f"{less_time(gain, f'one of {baseline}')}, if the error of {baseline} goes on to fall as 1/sqrt(time)."
-    )
-
-
-def _end(found: Sequence[_Found]) -> str:
-    """Return the time at which runs ended, and on one scene the error measured there: the last point of the curve."""
-    if len(found) == 1:
-        curve = found[0][1].curve
-        error = curve.error[-1].value
-        measured = f" (measured {percent(error)})" if 0.0 < error < math.inf else ""
-        return f"after {duration(curve.seconds[-1].value)}{measured}"
-    ends = {duration(scene.other_end(strategy) or scene.budget_s) for scene, strategy in found}
-    return f"after {ends.pop()}" if len(ends) == 1 else "at the end of its runs"
-
-
-def _grows(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence if the error of the standard surely falls faster than 1/sqrt(time) on all scenes."""
-    found = [strategy for _, strategy in _with_efficiency(scenes)]
-    if not all(one.curve.slope.trusted and one.curve.slope.high < INDEPENDENT for one in found):
-        return ""
-    return (
-        f"The error of {joined(one.label for one in found)} falls faster than 1/sqrt(time), so the gain is larger for "
-        "smaller errors."
-    )
-
-
-def _typical_ends(scenes: Sequence[SceneResult]) -> str:
-    """Return a sentence on the smallest and the largest efficiency of the standard strategy; empty for one scene."""
-    found = sorted(_with_efficiency(scenes), key=lambda one: one[1].efficiency.value)
-    if len(found) < 2:
-        return ""
-    least, most = (f"{about(one[1].efficiency)} times on {one[0].name}" for one in (found[0], found[-1]))
-    return f"The gain is {least} to {most}."
-
-
-def _with_efficiency(scenes: Sequence[SceneResult]) -> list[_Found]:
-    """Return the scenes on which the standard strategy's efficiency is known, with the strategy."""
-    return [
-        (scene, strategy)
-        for scene, strategy in _standards(scenes)
-        if strategy.label != scene.baseline and sound(strategy.efficiency)
+    """Return a scene, its standard strategy, and the target whose trusted time is the best (`_farness`)."""
+    known = [
+        (scene, strategy, target)
+        for target in sorted(targets)
+        for scene, strategy in standards(scenes)
+        if sound(strategy.time_to[target])
     ]
-
-
-def _standards(scenes: Sequence[SceneResult]) -> Iterator[_Found]:
-    return ((scene, s) for scene in scenes for s in scene.strategies if s.label == scene.standard)
+    return min(known, key=lambda one: _farness(one[2], [one[:2]], ratios=False), default=None)
 
 
 def _of_standards(scenes: Sequence[SceneResult]) -> str:
     """Return the phrase `` of best`` if times of other strategies than the standard are known; else an empty text."""
     times = (time for scene in scenes for strategy in scene.strategies for time in strategy.time_to.values())
-    return f" of {joined(strategy.label for _, strategy in _standards(scenes))}" if any(map(sound, times)) else ""
+    return f" of {joined(strategy.label for _, strategy in standards(scenes))}" if any(map(sound, times)) else ""
 
 
 def _reason(scenes: Sequence[SceneResult]) -> str:
-    notes = (n.note for _, strategy in _standards(scenes) for n in strategy.time_to.values() if not n.trusted)
+    notes = (n.note for _, strategy in standards(scenes) for n in strategy.time_to.values() if not n.trusted)
     first = next((note for note in notes if note), "")
     return f": {first}" if first else ""

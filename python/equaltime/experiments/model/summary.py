@@ -24,7 +24,7 @@ from equaltime.words import Shown, duration, percent
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["BUSY", "DISAGREES", "Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
+__all__ = ["BUSY", "DISAGREES", "REFERENCE_SHARE", "Beside", "Curve", "SceneResult", "StrategyResult", "Summary"]
 
 DISAGREES = "disagrees with the reference"
 """Words in the note of a number that a renderer does not get, because its picture is another one."""
@@ -38,8 +38,14 @@ take about a millisecond to start."""
 _APART = 0.05
 """Share of the equal time by which the median end of a strategy's runs differs from it before a reader is told. Runs
 aim at their budget with a few per cent."""
-_RULE = "it is the smallest target whose times can be trusted"
-"""Rule by which the verdict chooses among an experiment's target errors."""
+REFERENCE_SHARE = 3.0
+"""Factor by which a target should exceed a reference's error, whose noise is then a ninth of the square."""
+_WITHIN = "it is the smallest target whose times can be trusted; times within the runs come before extrapolated ones"
+_BEYOND = (
+    "its times are extrapolated. Targets of at least three times the reference's error come first, then those known on "
+    "most scenes, then the nearest to the runs"
+)
+"""Rules by which the verdict chooses among an experiment's target errors: within the runs, and beyond them."""
 
 
 @dataclass(frozen=True)
@@ -341,15 +347,15 @@ class Summary(Shown):
         """Sentence on why the verdict gives the time to this error; empty if it gives none."""
         if self.headline_target is None:
             return ""
-        times = (
-            one.time_to.get(self.headline_target, UNKNOWN)
+        known = [
+            (time, one.ratio.get(self.headline_target, UNKNOWN))
             for scene in self.scenes
             for one in scene.strategies
-            if one.label == scene.standard
-        )
-        beyond = any(time.trusted and time.reach > 1.0 for time in times)
-        told = "they are extrapolated" if beyond else "times within the runs come before extrapolated ones"
-        return f"Why {percent(self.headline_target)}: {_RULE}; {told}."
+            if one.label == scene.standard and sound(time := one.time_to.get(self.headline_target, UNKNOWN))
+        ]
+        compared = [pair for pair in known if sound(pair[1])] or known
+        beyond = any(number.reach > 1.0 for pair in compared for number in pair)
+        return f"Why {percent(self.headline_target)}: {_BEYOND if beyond else _WITHIN}."
 
     @property
     def ratio_target(self) -> float | None:
