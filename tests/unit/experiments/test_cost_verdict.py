@@ -19,7 +19,7 @@ from equaltime.experiments.model.summary import SceneResult, StrategyResult, Sum
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import geometric_mean, time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
-from equaltime.statistics.curves import BELOW
+from equaltime.statistics.curves import BELOW, ERROR_OF, TOO_NOISY
 from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
 from equaltime.statistics.runs import MISSING, TYPICAL
 
@@ -166,6 +166,40 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
         in two
     )
     assert two.endswith(" it is up to 90 times its longest run.")
+
+
+def test_the_scenes_that_the_answer_leaves_out_have_a_sentence_in_it() -> None:
+    lacking = (UNKNOWN, UNKNOWN)
+    box, dark = scene((TIME, TIME), (RATIO, RATIO)), replace(scene(lacking, lacking), name="dark")
+    hall = replace(scene(lacking, lacking, efficiency=Interval(33.0, 32.0, 35.0)), name="hall")
+    room = replace(scene(lacking, lacking, efficiency=Interval(33.0, 32.0, 35.0)), name="room")
+
+    def told(*others: SceneResult) -> str:
+        return answer_of([box, *others], TARGETS).text.partition("500 ms (400 to 600). ")[2]
+
+    assert told() == ""
+    gain = "a typical run of best needs about 33 times less time than one of naive"
+    assert told(hall) == f"On hall, for the error at its end, {gain} (32 to 35)."
+    assert told(hall, room).startswith(f"On 2 other scenes (geometric mean), for the error at its end, {gain} (")
+    assert told(dark) == "On dark, no speed-up is known: these runs cannot tell."
+    assert told(hall, dark).endswith("(32 to 35). On dark, no speed-up is known: these runs cannot tell.")
+    assert told(dark, replace(dark, name="cave")) == "On 2 other scenes, no speed-up is known: these runs cannot tell."
+
+
+@pytest.mark.parametrize(
+    ("time", "ratio", "why"),
+    [
+        (UNKNOWN.doubted(f"{ERROR_OF} 2.61 %{TOO_NOISY}"), UNKNOWN, "the reference is too noisy"),
+        (UNKNOWN.doubted(BELOW), UNKNOWN, "the reference is too noisy"),
+        (TIME.bounded("low", MISSING), UNKNOWN, "images may lack light"),
+        (Interval(math.inf, 60.0, math.inf), UNKNOWN, "best does not reach 5 %"),
+        (TIME, AT_LEAST, "there is only a limit"),
+    ],
+)
+def test_a_scene_without_a_speed_up_has_the_reason_in_a_few_words(time: Interval, ratio: Interval, why: str) -> None:
+    other = replace(scene((time, time), (ratio, ratio)), name="dark")
+    answer = answer_of([scene((TIME, TIME), (RATIO, RATIO)), other], TARGETS)
+    assert f" On dark, no speed-up is known: {why}." in answer.text
 
 
 def test_of_times_on_several_scenes_those_that_are_extrapolated_are_named() -> None:

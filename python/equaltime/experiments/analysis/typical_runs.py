@@ -10,12 +10,13 @@ from collections.abc import Iterator, Sequence
 
 from equaltime.experiments.analysis.sentences import joined, less_time, where
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
-from equaltime.statistics.curves import INDEPENDENT
+from equaltime.statistics.curves import BELOW, INDEPENDENT, TOO_NOISY
 from equaltime.statistics.in_words import about
-from equaltime.statistics.intervals import product_mean, sound
+from equaltime.statistics.intervals import UNKNOWN, product_mean, sound
+from equaltime.statistics.runs import MISSING
 from equaltime.words import duration, percent
 
-__all__ = ["Found", "grows", "standards", "typical_ends", "typical_gain", "with_gain"]
+__all__ = ["Found", "elsewhere", "grows", "standards", "typical_ends", "typical_gain", "with_gain"]
 
 Found = tuple[SceneResult, StrategyResult]
 """A scene, and a strategy on it."""
@@ -44,6 +45,47 @@ def _end(found: Sequence[Found]) -> str:
         return f"after {duration(curve.seconds[-1].value)}{measured}"
     ends = {duration(scene.other_end(strategy) or scene.budget_s) for scene, strategy in found}
     return f"after {ends.pop()}" if len(ends) == 1 else "at the end of its runs"
+
+
+def elsewhere(scenes: Sequence[SceneResult], target: float) -> str:
+    """Return sentences on the ``scenes`` that an answer leaves out; empty without any.
+
+    They give the gain of typical runs, or the reason why no speed-up to the error ``target`` is known.
+    """
+    found = with_gain(scenes)
+    lacking = [scene for scene in scenes if scene not in [one for one, _ in found]]
+    told = []
+    if found:
+        place = found[0][0].name if len(found) == 1 else f"{len(found)} other scenes (geometric mean)"
+        labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
+        less = less_time(product_mean([strategy.efficiency for _, strategy in found]), f"one of {baseline}")
+        told.append(f"On {place}, for the error at its end, a typical run of {labels} needs {less}.")
+    if lacking:
+        place = lacking[0].name if len(lacking) == 1 else f"{len(lacking)} other scenes"
+        reasons = {_why_unknown(scene, target) for scene in lacking}
+        told.append(f"On {place}, no speed-up is known: {reasons.pop() if len(reasons) == 1 else _CANNOT_TELL}.")
+    return " ".join(told)
+
+
+_CANNOT_TELL = "these runs cannot tell"
+
+
+def _why_unknown(scene: SceneResult, target: float) -> str:
+    """Return in a few words why no speed-up of a scene's standard to the error ``target`` is known."""
+    if scene.standard is None:
+        return "all strategies are biased"
+    if scene.standard == scene.baseline:
+        return f"{scene.baseline} is the baseline"
+    pair = [one for one in scene.strategies if one.label in (scene.standard, scene.baseline)]
+    if any(one.ratio.get(target, UNKNOWN).bound == "low" for one in pair):
+        return "there is only a limit"
+    notes = "; ".join(one.time_to.get(target, UNKNOWN).note for one in pair)
+    if TOO_NOISY in notes or BELOW in notes:
+        return "the reference is too noisy"
+    if MISSING in notes:
+        return "images may lack light"
+    late = [one.label for one in pair if math.isinf(one.time_to.get(target, UNKNOWN).value)]
+    return f"{joined(late)} does not reach {percent(target)}" if late else _CANNOT_TELL
 
 
 def grows(scenes: Sequence[SceneResult]) -> str:

@@ -22,7 +22,7 @@ from equaltime.experiments.analysis.sentences import (
     listed,
     where,
 )
-from equaltime.experiments.analysis.typical_runs import Found, grows, standards, typical_ends, typical_gain
+from equaltime.experiments.analysis.typical_runs import Found, elsewhere, grows, standards, typical_ends, typical_gain
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import REFERENCE_SHARE, SceneResult, StrategyResult
@@ -113,8 +113,9 @@ def _answer_in_time(scenes: Sequence[SceneResult], targets: Sequence[float]) -> 
             if known:
                 target = min(known, key=lambda one: _farness(one, known[one], ratios=True))
                 found = known[target]
-                limits = _limits([one for one in scenes if one not in [named for named, _ in found]], target)
-                answer = _speed_ups(found, target, len(scenes)).noted([limits]).then(fastest(scenes, target))
+                others = [one for one in scenes if one not in [named for named, _ in found]]
+                answer = _speed_ups(found, target, len(scenes)).then(elsewhere(others, target))
+                answer = answer.noted([_limits(others, target)]).then(fastest(scenes, target))
                 return _with_own(answer, scenes, target), target
     alone = _time_alone(scenes, targets)
     if alone is None:
