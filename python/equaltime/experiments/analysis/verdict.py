@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from equaltime.experiments.analysis.combination import combination_verdict
+from equaltime.experiments.analysis.fairness import baselines_without_roulette
 from equaltime.experiments.analysis.pictures import biased_leaders, other_pictures
 from equaltime.experiments.analysis.questions import bias_verdict, efficiency_verdict, samples_verdict
 from equaltime.experiments.analysis.sentences import (
@@ -74,7 +75,8 @@ def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Q
     else:
         found, _ = _answer_in_time(scenes, targets)
     different = () if question == "bias" else other_pictures(scenes)
-    found = replace(found, notes=()).noted([_doubted_references(scenes), *found.notes])
+    unfair = "" if question == "bias" else baselines_without_roulette(scenes)
+    found = replace(found, notes=()).noted([_doubted_references(scenes), unfair, *found.notes])
     return found.noted([*different, biased_leaders(scenes)])
 
 

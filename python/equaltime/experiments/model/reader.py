@@ -34,9 +34,11 @@ from equaltime.words import seconds_of
 
 __all__ = [
     "DEFAULT_STRATEGIES",
+    "DEPTH_WITHOUT_ROULETTE",
     "Source",
     "check_installed",
     "default_experiment",
+    "ends_its_paths",
     "film_seed",
     "identity_of",
     "is_experiment",
@@ -130,7 +132,7 @@ def _sha256(path: Path) -> str:
 DEFAULT_STRATEGIES: Final = ("naive", "bsdf", "light", "mis", "best")
 
 # In a closed room a path without a depth limit goes on until its throughput underflows in float32: hundreds of bounces.
-_DEPTH_WITHOUT_ROULETTE: Final = 64
+DEPTH_WITHOUT_ROULETTE: Final = 64
 _QUICK_ERROR: Final = 0.01
 """Error at which a quick experiment's reference is good enough, if the experiment asks for none."""
 
@@ -264,9 +266,14 @@ def with_roulette(strategy: Strategy, scene: Scene) -> Strategy:
 
     Paths of such a scene would hardly end without roulette. A strategy that already has roulette is returned unchanged.
     """
-    if strategy.roulette == "none" and not 0 <= scene.max_depth <= _DEPTH_WITHOUT_ROULETTE:
-        return strategy.model_copy(update={"roulette": "throughput"})
-    return strategy
+    if ends_its_paths(strategy, scene.max_depth):
+        return strategy
+    return strategy.model_copy(update={"roulette": "throughput"})
+
+
+def ends_its_paths(strategy: Strategy, max_depth: int) -> bool:
+    """Tell whether a strategy's paths end soon: by roulette, or by a limit ``max_depth`` of 64 or less (-1: none)."""
+    return strategy.roulette != "none" or 0 <= max_depth <= DEPTH_WITHOUT_ROULETTE
 
 
 def quicker(experiment: Experiment) -> Experiment:
