@@ -236,3 +236,21 @@ def test_the_reference_widens_efficiency() -> None:
 def test_efficiency_of_heavy_tails_says_that_it_is_of_typical_runs() -> None:
     assert "typical runs" in efficiency(with_firefly(), power_law(repeats=6)).note
     assert "typical runs" not in efficiency(power_law(), power_law()).note
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.2])
+def test_the_interval_of_a_gain_contains_the_scatter_of_times(scatter: float) -> None:
+    """The gain is 1, and runs have one measurement each. Errors scatter by 1 %, times by nothing or by a fifth."""
+    experiments = 400
+    found = []
+    for seed in range(experiments):
+        rng = np.random.default_rng(seed)
+        first, second = (
+            Runs(np.exp(scatter * rng.standard_normal((8, 1))), np.exp(0.02 * rng.standard_normal((8, 1))))
+            for _ in range(2)
+        )
+        found.append(efficiency(first, second))
+    held = sum(gain.low <= 1.0 <= gain.high for gain in found)
+    assert abs(held - 0.95 * experiments) <= 3.0 * math.sqrt(0.95 * 0.05 * experiments)
+    width = float(np.mean([math.log(gain.high / gain.low) for gain in found]))
+    assert width == pytest.approx(0.05 if scatter == 0.0 else 0.5, rel=0.1)
