@@ -249,6 +249,7 @@ def test_the_checks_say_with_which_strategy_pictures_are_compared(tmp_path: Path
     page, _ = written(value, tmp_path)
     told = "without it the unbiased strategy with the smallest error on the scene"
     assert told in page.visible
+    assert "of a bias contains the noise of the reference, whose error may be larger" in page.visible
     page, _ = written(replace(value, scenes=(replace(value.scenes[0], standard=None),)), tmp_path)
     assert told not in page.visible
 

@@ -252,7 +252,8 @@ def check_table(slug: str, scene: SceneResult, looks: Mapping[str, Style]) -> Ta
     caption = (
         f"Slope of log error {axis} (independent samples: \N{MINUS SIGN}0.5), errors, bias, and test for an equal "
         "picture; 95 % intervals. The end is the last point of a curve, at a fixed number of samples. An interval "
-        f"after a time also has the scatter of times.{_WHY_STANDARD * (scene.standard is not None)}"
+        "after a time also has the scatter of times. The interval of a bias contains the noise of the "
+        f"reference, whose error may be larger.{_WHY_STANDARD * (scene.standard is not None)}"
     )
     return Table(f"{slug}-checks", caption, "strategy", tuple(columns), tuple(rows))
 
