@@ -120,6 +120,8 @@ def cost(
     >>> summary = et.cost("scene.toml", "report", quick=True, budget="20ms", strategies=("naive", "best"))
     >>> [strategy.label for strategy in summary.scenes[0].strategies]
     ['naive', 'best']
+    >>> answer = " ".join((summary.verdict, *summary.verdict_notes))  # the notes tell what limits the verdict
+    >>> time = f"{summary.scenes[0].strategies[1].time_to[0.1]:s}"  # with its unit and its interval
     """
     from equaltime.experiments.analysis.summarise import conclude
     from equaltime.experiments.model.plan import too_few

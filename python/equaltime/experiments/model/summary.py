@@ -325,7 +325,8 @@ class Summary(Shown):
     provenance: Mapping[str, Any] = field(hash=False)
     """Origin of the numbers: machine, build, dates, number of runs and their seeds."""
     verdict: str
-    """Answer in one line, such as ``On box, best is about 31 times faster than naive (27 to 35): 2 % in 4.1 s.``"""
+    """Answer in a line or two, such as ``On box, best is about 31 times faster than naive (27 to 35): 2 % error in 4.1
+    s.`` Print it with ``verdict_notes``, which tell what limits it."""
     question: Question = "time"
     """Question that the verdict answers."""
     theirs: Theirs | None = None
