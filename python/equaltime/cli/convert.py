@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -110,6 +111,9 @@ def convert(
     written = loaded.write(output, copy=copy, overwrite=overwrite)
     if not quiet:
         print(f"wrote {', '.join(map(str, written))}")
+        if copy:
+            command = shlex.join(["equaltime", "render", output.name, "-o", f"{output.stem}.exr"])
+            print(f"in the folder {output.parent.absolute().name}, wherever it is: {command}")
     return 0
 
 

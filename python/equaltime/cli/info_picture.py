@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypedDict
 
-from equaltime.cli.info_render import changes, repeating, seeds
+from equaltime.cli.info_render import repeating, seeds, with_scene
 from equaltime.cli.recorded import new_name, plain, shown_path, shown_scene
 from equaltime.errors import ImageError
 from equaltime.images import image_files, preview
@@ -44,7 +44,6 @@ def picture_facts(path: Path) -> PictureFacts:
         raise ImageError(f"{path}: was not rendered by equaltime, or was written with --no-metadata")
     return {
         "file": str(path),
-        "scene": tags.get(preview.SOURCE),
         "description": tags.get("ImageDescription"),
         "software": software,
         **_repeat(path, tags),
@@ -52,6 +51,7 @@ def picture_facts(path: Path) -> PictureFacts:
 
 
 class _Repeat(TypedDict):
+    scene: str | None
     record: str | None
     made_from: str | None
     seed: int | None
@@ -62,20 +62,30 @@ def _repeat(path: Path, tags: Mapping[str, str]) -> _Repeat:
     """Return what a picture's tags tell of its render; pictures of earlier versions have no tag that repeats it."""
     beside = path.with_suffix(".exr")
     if (tag := tags.get(preview.REPEAT)) is None:
-        return {"record": _of_render([beside], tags), "made_from": None, "seed": None, "repeat": []}
-    record, stops = from_repeat(tag, path)
+        scene = tags.get(preview.SOURCE)
+        return {"scene": scene, "record": _of_render([beside], tags), "made_from": None, "seed": None, "repeat": []}
+    record, changed = with_scene(from_repeat(tag, path), path)
     background, is_jpeg = record["background"], image_files.extension(path) != ".png"
     converted = background is not None or (is_jpeg and record["transparent"])  # which render does not write
     picture = new_name(path)
     named = picture.with_suffix(".exr") if record["sources"] or converted else picture  # only an EXR can be merged
-    lines = [*repeating(named, record, verbose=False, changed=changes(record), exposure=None if converted else stops)]
+    shown = record if named == picture else {**record, "exposure": None}  # that of the EXR is not known
+    lines = [*repeating(named, shown, verbose=False, changed=changed)]
     if converted:
-        words = ["equaltime", "convert", shown_path(named), shown_path(picture), "--exposure", plain(stops)]
+        words = [
+            "equaltime",
+            "convert",
+            shown_path(named),
+            shown_path(picture),
+            "--exposure",
+            plain(record["exposure"]),
+        ]
         words += [] if background is None else ["--background", ",".join(map(plain, background))]
         words += ["--overwrite"] if named.with_suffix(".png") == picture else []  # the preview of that EXR
         lines.append(f"then      {shlex.join(words)}")
     made_from = record["saved"]
     return {
+        "scene": record["scene"],
         "record": _of_render([beside, *([] if made_from is None else [Path(made_from)])], tags),
         "made_from": made_from,
         "seed": record["seed"],

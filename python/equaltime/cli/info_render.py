@@ -12,11 +12,13 @@ import numpy as np
 from equaltime.cli.quote_details import single_pixels
 from equaltime.cli.recorded import (
     CHANGED,
+    copied_scene,
     error_limit,
     new_name,
     next_error,
     plain,
     recorded_command,
+    recorded_exposure,
     recorded_scene,
     shown_path,
     shown_scene,
@@ -31,7 +33,7 @@ from equaltime.rendering.stated import asked_samples, paths_up_to, samples_in_wo
 from equaltime.statistics.intervals import UNKNOWN, Interval
 from equaltime.words import duration_of_runs, percent
 
-__all__ = ["bright_dots", "changes", "repeating", "saved_render", "seeds"]
+__all__ = ["bright_dots", "repeating", "saved_render", "seeds", "with_scene"]
 
 Record = Mapping[str, Any]
 
@@ -55,7 +57,7 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
     ``record`` is JSON data on how the render was made, and ``resumable`` tells whether the render can be continued.
     ``verbose`` tells that all facts follow, so that the lines do not point to ``-v``.
     """
-    record = checked(record, path)
+    record, changed = with_scene(checked(record, path), path)
     error = UNKNOWN if record["error"] is None else Interval.from_dict(record["error"])
     width, height = record["size"]
     more = "" if verbose else "; -v for more"
@@ -70,10 +72,10 @@ def saved_render(path: Path, record: Record, resumable: bool, verbose: bool = Fa
         yield f"in doubt  {error.doubt}"
     if number.missing:
         yield f"lacks     {number.missing}"
-    changed = changes(record)
     yield from repeating(new_name(path), record, verbose, changed)
     picture = new_name(path).with_suffix(".png")
-    shown = str(picture) if picture.exists() else shlex.join(["equaltime", "convert", str(path), str(picture)])
+    convert = ["equaltime", "convert", str(path), str(picture), *recorded_exposure(record)]
+    shown = str(picture) if picture.exists() else shlex.join(convert)
     yield f"picture   {shown}"
     yield f"goes on   {_how_on(path, record, error, changed) if resumable else 'no longer: it was saved small'}"
 
@@ -126,7 +128,7 @@ def seeds(record: Record) -> str:
 
 
 def _how_on(path: Path, record: Record, error: Interval, changed: str) -> str:
-    """Return how a saved render can go on, if possible as a command; ``changed`` is the result of `changes`.
+    """Return how a saved render can go on, if possible as a command; ``changed`` tells why it cannot.
 
     A merged render has no position at which samples could go on. A kept copy is not written to, but copied first.
     """
@@ -156,18 +158,16 @@ def _spp(samples: Mapping[str, int]) -> str:
     return f"{samples['max']}" if samples["min"] == samples["max"] else f"{samples['min']} to {samples['max']}"
 
 
-def repeating(path: Path, record: Record, verbose: bool, changed: str, exposure: float | None = None) -> Iterator[str]:
+def repeating(path: Path, record: Record, verbose: bool, changed: str) -> Iterator[str]:
     """Yield the commands that would repeat the render, and what differs if it cannot be repeated exactly.
 
-    The commands write ``path``, and ``changed`` is the result of `changes`. ``exposure`` counts the stops of a picture
-    that was written alone; it is None for an EXR file.
+    The commands write ``path``, and ``changed`` tells why they give another picture (`with_scene`).
     """
     if record["scene"] is None:
         yield from _call(record, shown_path(path))
         return
     if not record["sources"]:
         words, why = _command(record, shown_path(path))
-        words += [] if exposure is None else ["--exposure", plain(exposure)]
         yield f"{_title(not why)}{shlex.join(words)}"
         yield from _not_exactly(why)
     elif all(source["stopped_by"] for source in record["sources"]):
@@ -189,8 +189,9 @@ def _call(record: Record, name: str) -> Iterator[str]:
     words = [f"{kind}={float(limit.rstrip('%')) / 100.0:g}" if kind == "error" else f"{kind}={limit}"]
     words += [f"stop={name!r}" for name in rule] + [f"strategy={record['strategy']!r}", f"seed={record['seed']}"]
     words += [f"without={list(record['without'])!r}"] if record.get("without") else []
+    saved = [] if record["exposure"] is None else [f"exposure={plain(record['exposure'])}"]
     words += [f"backend={record['backend']!r}"] if record["backend"] != "core" else []
-    call = f"et.render(scene, {', '.join(words)}).save({name!r})"
+    call = f"et.render(scene, {', '.join(words)}).save({', '.join([repr(name), *saved])})"
     yield f"{_title(not why)}in Python, with the same scene or dict, which no file holds: {call}"
     yield from _not_exactly(why)
 
@@ -201,10 +202,12 @@ def _repeat_parts(path: Path, record: Record, verbose: bool) -> Iterator[str]:
     for source in record["sources"]:
         number = "" if record["frame"] is None else f"_{record['frame']['number']:04}"
         name = shown_path(path.with_name(f"part-{source['seed']}{number}.exr"))
-        commands[name] = _command({**record, **source}, name)
+        commands[name] = _command({**record, **source, "exposure": None}, name)
     why = next((why for _, why in commands.values() if why), "")
     title = _title(not why)
-    lines = [words for words, _ in commands.values()] + [["equaltime", "merge", *commands, "-o", shown_path(path)]]
+    lines = [words for words, _ in commands.values()] + [
+        ["equaltime", "merge", *commands, "-o", shown_path(path), *recorded_exposure(record)]
+    ]
     most = _MOST_COMMANDS - bool(why)
     shown = len(lines) if verbose or len(lines) <= most else most - 1
     for words in lines[:shown]:
@@ -245,8 +248,16 @@ def _limit(record: Record) -> tuple[list[str], str]:
     return ["--spp", str(max(1, round(record["spp"])))], f"{why}; only --spp and --error end at the same samples again"
 
 
-def changes(record: Record) -> str:
-    """Return why the scene's file, as it is now, gives another picture; empty if it gives the same, or has no file."""
+def with_scene(record: Record, picture: Path) -> tuple[Record, str]:
+    """Return the record with the scene's file as it is found now, and why that gives another picture, or empty.
+
+    A copy of the scene beside the ``picture`` or in the working directory takes the place of the recorded file.
+    """
+    copied = copied_scene(record, picture)
+    return (record, _changes(record)) if copied is None else (copied, "")
+
+
+def _changes(record: Record) -> str:
     if record["scene"] is None:
         return ""
     if not Path(record["scene"]).exists():

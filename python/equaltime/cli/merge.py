@@ -60,7 +60,7 @@ def merge(
     if not overwrite:
         check_replaceable(paths.all, result.origin.scene, result.origin.digest)
     stops = result.exposure(exposure)
-    written = Written(result.save(output, small, exposure=stops, overwrite=True), stops)
+    written = Written(result.save(output, small, exposure=exposure, overwrite=True), stops)
     if as_json:
         print_json({**result.record, "files": written.files, "exposure": stops})
         return 0

@@ -141,6 +141,8 @@ class Written:
     """Sentence on an earlier render at the same path that was replaced and not kept; empty if there is none."""
     white: float = 0.0
     """Share of the preview's pixels that are white, in [0, 1]."""
+    again: bool = False
+    """Whether the exposure was asked for by the earlier run of a resumed render."""
 
     def __str__(self) -> str:
         """Return the names of the files, with the exposure of the preview if it is not 0."""
@@ -157,6 +159,10 @@ class Written:
     def counted(self) -> str:
         """Sentence on an exposure that is not the automatic one; empty if it is."""
         told = "" if self.automatic is None else beside_automatic(self.stops, self.automatic)
+        if told and self.again:
+            return (
+                f"--exposure {self.stops:g} is kept from the earlier run; --exposure auto chooses one for this picture"
+            )
         if not told or self.white < _MUCH_WHITE:
             return told
         return f"{told}; {round(100.0 * self.white)} % of the picture is white: larger values are cut, not tone mapped"

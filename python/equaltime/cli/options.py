@@ -328,8 +328,10 @@ ExposureStops = Annotated[
         "--exposure",
         parser=parse_exposure,
         metavar="auto|EV",
+        show_default=False,
         help="Brightness of the preview in stops, such as 1.5 or -2, counted from the scene's own values (0), not from "
-        "the automatic picture. auto: whole stops, if it would be too dark or too bright. The EXR is never scaled.",
+        "the automatic picture. auto: whole stops, if it would be too dark or too bright. The EXR is never scaled "
+        "[default: auto]",
     ),
 ]
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
+from equaltime.errors import EqualtimeError
 from equaltime.quoting.pilot import TARGETS
 from equaltime.rendering.origin import Origin
 from equaltime.scene import Scene, load_file
@@ -19,11 +22,13 @@ from equaltime.strategy import Strategy
 
 __all__ = [
     "CHANGED",
+    "copied_scene",
     "error_limit",
     "new_name",
     "next_error",
     "plain",
     "recorded_command",
+    "recorded_exposure",
     "recorded_options",
     "recorded_scene",
     "shown_path",
@@ -62,7 +67,7 @@ def recorded_command(record: Mapping[str, Any], output: str, limits: Sequence[st
         folder, name = Path(output).parent, Path(output).name
         output, seed = str(folder / frame_pattern(name, frame.number)), seed - frame.number
     words = ["equaltime", "render", shown_path(Path(record["scene"])), "-o", output, *limits, *_frame(frame)]
-    return [*words, *recorded_options(record, max(0, seed))]
+    return [*words, *recorded_options(record, max(0, seed)), *recorded_exposure(record)]
 
 
 def shown_path(path: Path) -> str:
@@ -124,6 +129,34 @@ def recorded_options(record: Mapping[str, Any], seed: int) -> Iterator[str]:
     yield from ("--seed", str(seed))
     if record["backend"] != "core":
         yield from ("--backend", record["backend"])
+
+
+def recorded_exposure(record: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the option that gives the preview the exposure that was asked for; none if it was automatic."""
+    if record["exposure"] is not None:
+        yield from ("--exposure", plain(record["exposure"]))
+
+
+def copied_scene(record: Mapping[str, Any], picture: Path) -> Mapping[str, Any] | None:
+    """Return the record with a copy of its scene's file in place of that file; None if there is no copy.
+
+    A copy lies beside the ``picture`` or in the working directory, and has the content of the record. Its name is that
+    of the recorded file. It may also be that of either file with the suffix of a text file.
+    """
+    if record["scene"] is None:
+        return None
+    original = Path(record["scene"])
+    texts = (Path(stem).with_suffix(suffix).name for stem in (original, picture) for suffix in (".toml", ".xml"))
+    names = dict.fromkeys((original.name, *texts))
+    baked: dict[str, Any] = {"defines": {}, "substitutions": []}  # `convert` writes their values into the copy
+    for file in (Path(os.path.abspath(folder / name)) for folder in (picture.parent, Path()) for name in names):
+        if original.exists() and file.exists() and file.samefile(original):
+            return None
+        for copied in ({**record, "scene": str(file)}, {**record, "scene": str(file), **baked}):
+            with suppress(EqualtimeError):
+                if file.exists() and recorded_scene(copied) is not None:
+                    return copied
+    return None
 
 
 def recorded_scene(record: Mapping[str, Any]) -> Scene | None:

@@ -121,7 +121,7 @@ def render(
         typer.Option(
             "--resume",
             help="Continue FILE.exr, if it is there, towards the limits given now: --spp and --error count all runs "
-            "together, --time counts this run.",
+            "together, --time counts this run. The preview keeps the exposure that was asked for.",
         ),
     ] = False,
     checkpoint: Annotated[
@@ -133,7 +133,7 @@ def render(
             help="How often the render so far is saved to FILE.exr [default: 60s].",
         ),
     ] = None,
-    exposure: ExposureStops = "auto",
+    exposure: ExposureStops = None,
     aov: AovNames = None,
     small: Small = False,
     overwrite: Overwrite = False,

@@ -32,7 +32,7 @@ from equaltime.cli.messages import (
 from equaltime.cli.progress import progress_bar
 from equaltime.cli.render_outcome import details, nothing_added, outcome
 from equaltime.errors import BrightImage, ImageError, RenderError, SampleError
-from equaltime.images.exposure import AUTO, Exposure, white_share
+from equaltime.images.exposure import AUTO, MOST_STOPS, Exposure, white_share
 from equaltime.images.variance_picture import is_known, scale_in_words
 from equaltime.interrupts import held_back
 from equaltime.quoting.observer import Observer
@@ -74,7 +74,8 @@ class Order:
     threads: int
     without: Sequence[str]
     within: float | None
-    exposure: Exposure
+    exposure: Exposure | None
+    """Exposure of the preview; None keeps that of the render that is resumed, and is automatic without one."""
     aov: Set[AovPicture]
     """Further pictures to write beside the image, such as ``variance``."""
     resume: bool
@@ -147,23 +148,24 @@ def render_picture(
     old = {} if paths.exr is None else read_record(paths.exr)  # a checkpoint may replace it
     earlier = copies(paths.all)
     before = None if resumed is None else old.get("paths")
+    exposure = _exposure(order, {} if resumed is None else old)
     teller = _Teller({} if order.json else None, order.quiet, order.verbose, findings, resumable, before, first)
     failure: SampleError | BrightImage | None = None
     # hold back a second Ctrl-C from the last sample to the last line: it must not lose the samples that the first kept
     with ExitStack() as ending:
         try:
             with progress_bar(order.quiet) as progress, unwarned():  # a black picture is reported below
-                result = _rendered(scene, paths.exr, resumed, order, seed, teller.observer(progress), viewer)
+                result = _rendered(scene, paths.exr, resumed, order, exposure, seed, teller.observer(progress), viewer)
                 signals = ending.enter_context(held_back())
         except (SampleError, BrightImage) as found:
             if found.result is None:  # raised by a pilot
                 raise
             failure, result = found, cast(Result, found.result)
             signals = ending.enter_context(held_back())
-        begin, stops = clock.perf_counter(), result.exposure(order.exposure)
+        begin, stops = clock.perf_counter(), result.exposure(exposure)
         scale = _scale(result) if "variance" in order.aov else ""
         try:
-            files = result.save(output, order.small, exposure=stops, aov=order.aov if scale else (), overwrite=True)
+            files = result.save(output, order.small, exposure=exposure, aov=order.aov if scale else (), overwrite=True)
         except ImageError as problem:
             print_error(f"{problem}{kept_elsewhere(result)}")
             return 1
@@ -174,10 +176,12 @@ def render_picture(
             raise failure.with_result(result, str(output))
         if viewer is not None and viewer.problem is not None:
             print_warning(viewer.problem)
-        opaque = order.exposure == AUTO and result.origin.picture.alpha
+        opaque = exposure == AUTO and result.origin.picture.alpha
         exr = None if Path(f"{paths.exr}~") in kept else paths.exr
         lost = "" if exr is None else replaced(exr, result.record, old)
-        written = Written(files, stops, result.exposure(), scale, opaque, lost, white_share(result.image, stops))
+        again = order.exposure is None and exposure != AUTO
+        white = white_share(result.image, stops)
+        written = Written(files, stops, result.exposure(), scale, opaque, lost, white, again)
         teller.tell(result, scene, writing, written)
     if failure is not None:
         raise failure.with_words(*order.words)
@@ -196,11 +200,20 @@ def _check_replaceable(paths: OutputPaths, source: str | None, digest: str | Non
     check_replaceable(paths.all if named else paths.pictures, source, digest, how)
 
 
+def _exposure(order: Order, resumed: Mapping[str, Any]) -> Exposure:
+    """Return the exposure of the preview: if none is asked for, as in ``resumed``, the record of the earlier run."""
+    if order.exposure is not None:
+        return order.exposure
+    stops = resumed.get("exposure")
+    return stops if isinstance(stops, int | float) and abs(stops) <= MOST_STOPS else AUTO  # reading refuses others
+
+
 def _rendered(
     scene: Scene,
     exr: Path | None,
     resumed: Path | None,
     order: Order,
+    exposure: Exposure,
     seed: int,
     observer: Observer,
     viewer: Viewer | None,
@@ -217,7 +230,7 @@ def _rendered(
         resume=resumed,
         checkpoint=exr if order.backend == "core" else None,
         checkpoint_every=order.checkpoint,
-        checkpoint_exposure=order.exposure,
+        checkpoint_exposure=exposure,
         overwrite=True,  # what may not be replaced was refused before
         without=order.without,
         within=order.within,

@@ -41,8 +41,8 @@ def to_repeat(
     return json_text({**kept, "exposure": stops, **behind, **file})
 
 
-def from_repeat(text: str, path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], float]:
-    """Return the record of a picture's render (scene, strategy, seed, ...) and its exposure in stops.
+def from_repeat(text: str, path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return the record of a picture's render (scene, strategy, seed, ...), with its exposure in stops.
 
     ``text`` is the tag that `to_repeat` wrote into the picture file ``path``. It holds no measured times and counts:
     those keys of the record are 0. The record's key ``background`` is the colour that the picture was saved with, or
@@ -51,10 +51,10 @@ def from_repeat(text: str, path: str | os.PathLike[str]) -> tuple[Mapping[str, A
     """
     try:
         said = {"saved": None, **json.loads(text)}
-        stops = float(said["exposure"])
+        said["exposure"] = float(said["exposure"])
         said["background"] = None if said.get("background") is None else [*map(float, said["background"])]
         if not isinstance(said["saved"], str | None):
             raise TypeError
     except (ValueError, TypeError, KeyError):
         raise ImageError(f"{path}: its tag {REPEAT!r} is damaged") from None
-    return checked({**_MEASURED, **said}, path), stops
+    return checked({**_MEASURED, **said}, path)

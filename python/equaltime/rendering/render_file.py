@@ -45,6 +45,7 @@ frame                        number of a frame of an animation (--frames), fps (
 substitutions                parts of the scene that were replaced since they cannot be rendered
 sources                      of a merged render: seed, samples, spp, stopped_by, stop, position, seconds and build of
                              each part, as in its own record
+exposure                     stops of the preview, if a number was asked for; absent if they were automatic
 picture                      colors, alpha and half of the first part, if it is not R, G, B in 32 bits (`FilmPicture`)
 spp, samples                 mean samples a pixel; the first sample's number, and the least and most of a pixel
 stopped_by, stop             reason of the end; rule by which the render was to stop at an error

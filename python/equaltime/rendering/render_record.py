@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from equaltime.errors import ImageError, StrategyError
 from equaltime.film.sums import MOST_PIXELS_A_SECOND_NET
+from equaltime.images.exposure import MOST_STOPS
 from equaltime.rendering.budget import StoppedBy, StopRule
 from equaltime.rendering.decision import Counts
 from equaltime.revision import UNKNOWN_REVISION
@@ -138,6 +139,7 @@ class _Record(_Facts):
     frame: _Frame | None = None
     substitutions: list[str]
     sources: list[_Source]
+    exposure: Annotated[float, Field(ge=-MOST_STOPS, le=MOST_STOPS)] | None = None
     picture: _Picture | None = None
     samples: dict[str, int]
     stopped_by: StoppedBy

@@ -266,6 +266,7 @@ class Result:
         small: bool = False,
         *,
         exposure: Exposure = AUTO,
+        shown: float = 0.0,
         aov: Collection[AovPicture] = (),
         overwrite: bool = False,
         background: Sequence[float] | None = None,
@@ -291,7 +292,9 @@ class Result:
         exposure
             Exposure of the preview in stops: 1 is twice as bright. ``auto`` chooses whole stops from the image
             (`Result.exposure`). The preview's description states an exposure that is not 0. Data in the EXR are never
-            scaled.
+            scaled. The record in the EXR holds a number of stops, so that `equaltime render --resume` keeps it.
+        shown
+            Exposure of an earlier preview in stops, which ``auto`` keeps while it suits the image.
         aov
             Further pictures. ``variance`` writes ``NAME.variance.png``, the variance of one sample in grey, darker
             where it is higher, on a logarithmic scale that its description states.
@@ -316,7 +319,7 @@ class Result:
             If ``exposure`` or ``quality`` is out of range, if ``background`` is no colour, if ``aov`` names an unknown
             picture or a variance that is not known, or if an EXR is to have no metadata.
         """
-        paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure)
+        paths, stops = check_output(Path(path), aov=aov), self.exposure(exposure, shown)
         if background is not None and len(background) != 3:
             raise ValueError(f"background is a linear colour (red, green, blue), found {background!r}")
         if not 1 <= quality <= 100:
@@ -329,7 +332,8 @@ class Result:
         others = () if overwrite else keep_others(paths.all, *ours)
         kept = dict.fromkeys((*others, *keep_work(paths, self.record, *ours)))
         if paths.exr is not None:
-            self.file.write(paths.exr, description, small)
+            asked = {} if exposure == AUTO else {"exposure": stops}
+            replace(self.file, record={**self.record, **asked}).write(paths.exr, description, small)
         repeat = to_repeat(self.record, stops, background, self.saved if paths.exr is None else None)
         preview.write(
             *(paths.preview, self.image, description, self.origin.scene, self._alpha, stops, repeat, background),

@@ -216,7 +216,7 @@ class Session:
         noise does not make the preview flicker. The exposure of the finished picture depends on that picture alone.
         """
         self._shown = result.exposure(checkpoints.exposure, self._shown)
-        result.save(checkpoints.path, exposure=self._shown, overwrite=True)
+        result.save(checkpoints.path, exposure=checkpoints.exposure, shown=self._shown, overwrite=True)
         if self._spread is not None:
             self._spread.saved()
 
