@@ -216,6 +216,17 @@ class Looks:
         before, last = (look.believed for look in self.made[-2:])
         return before <= _BEFORE * target and last <= target
 
+    def end(self, target: float, samples: int, exponent: float) -> int:
+        """Return the samples per pixel of the look at which a render with ``samples`` is expected to stop.
+
+        ``target`` is a fraction. From the last look on, the error falls as samples to the power of ``-exponent``.
+        """
+        last, before = self.made[-1], self.made[-1].believed
+        end = next_look(max(samples - 1, last.samples))
+        while (expected := last.believed * (last.samples / end) ** exponent) > target or before > _BEFORE * target:
+            end, before = next_look(end), expected
+        return end
+
 
 def noise_within(error: float, bias: Interval | None) -> float | None:
     """Return the noise that makes the relative error ``error`` together with the upper limit of ``bias``.

@@ -392,7 +392,7 @@ class Passes:
         return max(0.0, min(lefts)) if lefts else None
 
     @property
-    def targets(self) -> list[float]:
+    def targets(self) -> list[int]:
         """Samples per pixel at which limits will be met.
 
         The list holds the sample limit, and the predicted count for the error limit. A limit that is not set or not
@@ -400,8 +400,10 @@ class Passes:
         """
         return [target for target in (self.limits.spp, self.samples_for(self.limits.error)) if target is not None]
 
-    def samples_for(self, error: float | None) -> float | None:
-        """Return the predicted samples per pixel at which the error falls to ``error``, such as 0.02.
+    def samples_for(self, error: float | None) -> int | None:
+        """Return the predicted samples per pixel at which the render stops at the ``error``, such as 0.02.
+
+        A render stops at a look alone. If a look finds the error too large, the next look is predicted.
 
         The result is None if ``error`` is None, or while no estimate of the error has a finite upper limit. It is None
         too while a bright path widens the limit: later samples average the path out, or meet more such paths.
@@ -409,8 +411,7 @@ class Passes:
         looks = self._looks
         if error is None or looks.last is None or not math.isfinite(looks.last.high) or looks.made[-1].widened:
             return None
-        growth = math.pow(looks.made[-1].believed / error, 1.0 / _LIKELY_LAW)
-        return max(looks.made[-1].samples * growth, self.samples + 1.0)
+        return looks.end(error, self.samples, _LIKELY_LAW)
 
     def run(self) -> StoppedBy:
         """Run passes until a limit is met, and return the reason why the loop ended."""

@@ -261,6 +261,27 @@ def test_an_error_is_not_shown_once_the_samples_have_doubled_since() -> None:
     assert stale.error is None
 
 
+def test_the_end_that_is_foretold_is_a_look_and_moves_on_once_the_error_is_still_too_large() -> None:
+    """A render stops at a look alone: what is left was 0 s as soon as the count foretold had passed."""
+    renderer = FakeRenderer()
+    passes = Passes(renderer, PIXELS, Limits(error=0.02), clock=renderer.clock, samples=64)
+
+    def foretold(believed: float, samples: int) -> int | None:
+        passes.looks.look(Interval(0.8 * believed, 0.7 * believed, believed), samples)
+        passes.samples = samples
+        return passes.samples_for(0.02)
+
+    assert foretold(0.021, 64) == 96
+    passes.samples = 95
+    assert passes.samples_for(0.02) == 96
+    passes.samples = 96  # whose look comes next
+    assert passes.samples_for(0.02) == 96
+    assert foretold(0.0205, 96) == 128
+    assert foretold(0.08, 128) == 128 * 16  # after a look with at most 0.024
+    passes.looks.made = ()
+    assert foretold(0.0195, 64) == 96  # two looks in a row must agree
+
+
 @pytest.mark.parametrize(("brightest", "known"), [(0.0, True), (1e3, False)])
 def test_no_time_left_is_told_while_a_bright_path_widens_the_limit(brightest: float, known: bool) -> None:
     renderer = FakeRenderer()
