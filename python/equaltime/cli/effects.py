@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from equaltime.cli.effects_table import print_effects
-from equaltime.cli.messages import print_json, print_remarks
+from equaltime.cli.messages import print_json, print_remarks, softer_sun
 from equaltime.cli.options import (
     AsJson,
     Define,
@@ -86,7 +86,7 @@ def effects(
         words += [] if max_depth is None else ["--max-depth", str(max_depth)]
         words += [] if strategy == "best" else ["--strategy", strategy]
         command = shlex.join(["equaltime", "render", str(scene), "-o", f"{scene.stem}.exr", *words])
-        print_effects(found, scene.name, command, verbose)
+        print_effects(found, scene.name, command, verbose, softer_sun(loaded))
     if output is not None:
         _write_differences(found, output)
     return 0

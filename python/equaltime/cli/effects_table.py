@@ -31,9 +31,14 @@ _WORTH: Final = 0.05
 less, a picture should not be off."""
 _MUCH: Final = 0.5
 """Smallest share of the noise of an effect at which its sentence in `_HINTS` is told: below, little is gained."""
+_TOLD: Final = 0.05
+"""Smallest share of the noise at which the short answer names light that the camera sees without a surface between."""
+_ALL: Final = 0.95
+"""Smallest share of the noise of an effect that cannot be left out at which the answer names lights and surfaces
+instead: all light meets such an effect."""
 _HINTS: Final = {
-    "point_lights": "A larger, softer light in place of a point or a sun makes less noise, as does rougher metal "
-    "(alpha).",
+    "point_lights": "A larger, softer light in place of a point or a sun{option} makes less noise, as does rougher "
+    "metal (alpha).",
 }
 """Sentences on effects that cannot be left out: a change of the scene that makes less noise."""
 _NONE = "none measurable"
@@ -47,14 +52,15 @@ _SHARES = {
 }
 
 
-def print_effects(found: PriceList, name: str, command: str, verbose: bool) -> None:
+def print_effects(found: PriceList, name: str, command: str, verbose: bool, softens: str = "") -> None:
     """Print which effects (features such as media) make the scene ``name`` slow, and which could be left out.
 
-    ``command`` renders the scene, and gets the option that leaves an effect out. The output has at most `MOST_LINES`
-    lines, unless ``verbose`` asks for all numbers.
+    ``command`` renders the scene, and gets the option that leaves an effect out. ``softens`` is the option that gives
+    the scene a larger sun; empty if there is none. The output has at most `MOST_LINES` lines, unless ``verbose`` asks
+    for all numbers.
     """
     console = plain_console()
-    for line in (_answer(found, name), _proposal(found, command)):
+    for line in (_answer(found, name, softens), _proposal(found, command)):
         print_line(console, line)
     priced = [price for price in found.prices if price.instead is not None]
     rows = list(found.prices) if verbose else sorted(priced, key=_cost, reverse=True)[: MOST_LINES - _OTHER_LINES]
@@ -83,22 +89,37 @@ def _measurable(share: Interval) -> bool:
     return math.isfinite(share.value) and share.low > 0.0
 
 
-def _answer(found: PriceList, name: str) -> str:
-    """Return sentences on the effect that costs most, and on the costliest one that could be left out."""
+def _answer(found: PriceList, name: str, softens: str) -> str:
+    """Return sentences on the effect that costs most, and on the costliest one that could be left out.
+
+    If all light meets the former, the first sentence names the light and the surface that make most of the noise.
+    """
     costly = [price for price in sorted(found.prices, key=_cost, reverse=True) if _cost(price) > 0.0]
     removable = next((price for price in costly if price.instead is not None), None)
     if not costly:
         return f"{name}: no effect has a measurable cost (the lower end of every 95 % interval is 0 or less)."
     said = f"What makes {name} slow: first of all {_costs(costly[0])}"
     hints = "".join(
-        f" {_HINTS[price.kind.name]}"
+        f" {_HINTS[price.kind.name].format(option=f' ({softens})' * bool(softens))}"
         for price in costly
         if price.kind.name in _HINTS and _value(price.variance) >= _MUCH
     )
     if costly[0] is removable:
         return f"{said}.{hints}"
     rest = f"Of what can be, first {_costs(removable)}" if removable else "Nothing that can be has a measurable cost"
+    if _value(costly[0].variance) >= _ALL and (light := _light_and_surface(found)):
+        return f"What makes {name} slow: first of all {light}. {_costs(costly[0])}, cannot be left out. {rest}.{hints}"
     return f"{said}; it cannot be left out. {rest}.{hints}"
+
+
+def _light_and_surface(found: PriceList) -> str:
+    """Return the light and the surface that make most of the noise, with their shares; empty if neither makes half."""
+    said = []
+    for kind, words in (("light", "the light of"), ("surface", "light that falls on")):
+        what, share = next(iter(_largest(found.shares[kind])), ("", None))
+        if len(found.shares[kind]) > 1 and _value(share) >= _MUCH and what != "none":
+            said.append(f"{words} {_element(what)}, {_brief(share)} of the noise")
+    return "; and ".join(said)
 
 
 def _costs(price: Price) -> str:
@@ -180,8 +201,10 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
         yield f"Always there: {', '.join(always)}."
     direct = found.shares["length"].get("2")
     said = [f"direct light {_brief(direct)}"] if direct is not None and _measurable(direct) else []
+    seen = found.shares["length"].get("1")
+    said += [f"seen by the camera {_brief(seen)}"] if seen is not None and _value(seen) >= _TOLD else []
     for kind, heading in (("light", "by light:"), ("surface", "falling on")):
-        shares = _largest(found.shares[kind])
+        shares = [(what, share) for what, share in _largest(found.shares[kind]) if what != "none"]  # met no surface
         told = [f"{_element(what)} {_brief(share)}" for what, share in shares if _measurable(share)]
         if len(told) > 1:
             said.append(f"{heading} {', '.join(told[:_MOST_LIGHTS])}")

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,6 +60,7 @@ __all__ = [
     "print_warning",
     "print_warnings",
     "selects_images",
+    "softer_sun",
     "while_heard",
     "worded_warnings",
 ]
@@ -112,7 +113,8 @@ def selects_images(result: Result) -> bool:
     return result.stop is not None and result.stop.selects and result.focus.rare(result.spp)
 
 
-_SOFTER = "a larger sun (-D sun_angle=15) or rougher glass and metal are met sooner; both change the picture"
+_LARGER_SUN: Final = "-D sun_angle=15"
+_SOFTER = f"a larger sun ({_LARGER_SUN}) or rougher glass and metal are met sooner; both change the picture"
 
 
 _PLACE = re.compile(r"^\S+\.\w+(?::\d+)?: ")
@@ -206,8 +208,16 @@ def doubts(result: Result, findings: Sequence[Finding] = (), forecast: str = "")
 
 def _has_soft_sun(result: Result) -> bool:
     """Tell whether the scene has a sun of this program whose size ``-D sun_angle=`` sets: a mesh by itself has one."""
-    defines = result.origin.record.get("defines") or {}
-    source = result.origin.scene or ""
+    return _soft_sun(result.origin.scene or "", result.origin.record.get("defines") or {})
+
+
+def softer_sun(scene: Scene) -> str:
+    """Return the option that gives the scene's sun a larger angle; empty if the sun is none of this program."""
+    told = any("-D sun_angle=" in warning for warning in scene.warnings)  # of a sun added to a glTF file
+    return _LARGER_SUN if told or _soft_sun(str(scene.source or ""), scene.defines) else ""
+
+
+def _soft_sun(source: str, defines: Mapping[str, object]) -> bool:
     return "sun_angle" in defines or (source.lower().endswith(MESHES) and defines.get("sun") not in ("0", "0.0"))
 
 

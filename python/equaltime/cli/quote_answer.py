@@ -24,6 +24,9 @@ _LOOKS = {0.10: "grainy, for a layout", 0.05: "some grain, for a preview", 0.02:
 _WORTH_SAYING = 0.05
 """Smallest share of error² that the short answer names."""
 _MOST_LIGHTS = 3
+_MUCH_SEEN = 0.25
+"""Smallest share of light seen by the camera for which the answer says what to do about it."""
+_EDGES = "light seen by the camera is noisy at the edges of lamps and sky, where only more samples help"
 _WIDE = 4.0
 """Upper over lower end of a time's interval, beyond which the answer says how to predict the time more closely."""
 _MORE = "-v tells more"
@@ -191,14 +194,17 @@ def _light(light: NoiseLight) -> str:
         {WAYS.get(name, name): shares[what] for what, name in short_names(shares).items()}
         for shares in (light.kinds["light"], light.kinds["surface"])
     )
-    last = f"falling on {_largest(surfaces)}" if len(surfaces) > 1 else ""
-    told = "; ".join(filter(None, (_largest(ways), _largest(lamps) if len(lamps) > 1 else "", last)))
+    straight = surfaces.pop(WAYS["none"], None)  # falls on no surface, and is told as seen
+    whole = 1.0 if straight is None else 1.0 - straight.value
+    last = f"falling on {_largest(surfaces, whole)}" if len(surfaces) > 1 and whole >= _WORTH_SAYING else ""
+    edges = _EDGES if light.seen.value >= _MUCH_SEEN else ""
+    told = "; ".join(filter(None, (_largest(ways), edges, _largest(lamps) if len(lamps) > 1 else "", last)))
     return f"{told} (in doubt, see -v)" if light.doubt else told
 
 
-def _largest(shares: Mapping[str, Interval]) -> str:
-    """Return the largest shares in whole per cent, and the rest if it is more than rounding."""
+def _largest(shares: Mapping[str, Interval], whole: float = 1.0) -> str:
+    """Return the largest shares in whole per cent, and the rest of the ``whole`` if it is more than rounding."""
     ordered = sorted(shares.items(), key=lambda item: -item[1].value)[:_MOST_LIGHTS]
     told = {what: round(100.0 * min(share.value, 1.0)) for what, share in ordered if share.value >= _WORTH_SAYING}
-    rest = 100 - sum(told.values())
+    rest = round(100.0 * whole) - sum(told.values())
     return ", ".join(f"{what} {share} %" for what, share in (told | ({"the rest": rest} if rest > 1 else {})).items())

@@ -11,7 +11,7 @@ import pytest
 import equaltime as et
 from equaltime.cli import main
 from equaltime.cli.effects_table import print_effects
-from equaltime.cli.messages import MOST_LINES
+from equaltime.cli.messages import MOST_LINES, softer_sun
 from equaltime.images import image_files as images
 from equaltime.pricing import Price, PriceList
 from equaltime.quoting.light_parts import KINDS_OF_PARTS
@@ -143,7 +143,7 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     assert lines[3].split() == ["textures", *["none", "measurable", "34", "%", "±4", "25", "MB", "1", "%", "±0.1"]]
     assert lines[4] == "none measurable: the lower end of the 95 % interval is 0 or less."
     assert "Always there: principled (90 % ±10 of the noise)." in lines
-    assert "Noise: falling on floor (b.toml:9) 70 % ±10, a medium 30 % ±10." in lines
+    assert "Noise: seen by the camera 20 % ±10; falling on floor (b.toml:9) 70 % ±10, a medium 30 % ±10." in lines
     assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
     print_effects(found, "b.toml", RENDER, verbose=True)
     told = capsys.readouterr().out
@@ -187,6 +187,44 @@ def test_much_noise_of_point_lights_has_a_hint(share: float, told: bool, capsys:
         PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1), "b.toml", RENDER, verbose=False
     )
     assert ("A larger, softer light" in capsys.readouterr().out.splitlines()[0]) == told
+
+
+@pytest.mark.parametrize(("share", "lit"), [(0.97, 0.79), (0.97, 0.3), (0.9, 0.79)])
+def test_where_all_light_meets_the_costliest_effect_the_answer_names_the_light(
+    share: float, lit: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every material of a glTF file is a principled BSDF, which no option leaves out."""
+    about = Interval(share, share - 0.01, share + 0.01)
+    price = Price(KINDS["principled"], (Reason("", "the scene as a whole"),), None, variance=about)
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
+    sun, rest = (Interval(part, part - 0.02, part + 0.02) for part in (lit, 1.0 - lit))
+    shares["light"] = {"light 1: sun (/tmp/a.glb)": sun, "environment": Interval(0.21, 0.19, 0.23)}
+    shares["surface"] = {"shape 2: table (/tmp/a.glb)": sun, "shape 3: ball (/tmp/a.glb)": rest}
+    found = PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
+    print_effects(found, "a.glb", RENDER, verbose=False)
+    first = capsys.readouterr().out.splitlines()[0]
+    principled = f"principled (the principled model), {100 * share:.3g} % ±1 of the noise"
+    if share == 0.9:
+        assert first.startswith(f"What makes a.glb slow: first of all {principled}; it cannot be left out. ")
+    elif lit == 0.79:
+        light = "the light of sun, 79 % ±2 of the noise; and light that falls on table, 79 % ±2 of the noise"
+        assert first.startswith(f"What makes a.glb slow: first of all {light}. {principled}, cannot be left out. ")
+    else:
+        light = "light that falls on ball, 70 % ±2 of the noise"
+        assert first.startswith(f"What makes a.glb slow: first of all {light}. {principled}, cannot be left out. ")
+
+
+def test_the_hint_names_the_option_that_makes_the_sun_of_this_scene_larger(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    model = ROOT / "scenes" / "render" / "windmill.glb"
+    price = Price(KINDS["point_lights"], (), None, variance=Interval(0.8, 0.7, 0.9))
+    shares: dict[str, dict[str, Interval]] = {kind: {} for kind in KINDS_OF_PARTS}
+    found = PriceList((price,), (), shares, {}, {}, (8, 8), 8, 6, "best", 0, -1, -1)
+    assert softer_sun(et.load(ROOT / "scenes" / "cornell-box.toml")) == ""
+    print_effects(found, "windmill.glb", RENDER, verbose=False, softens=softer_sun(et.load(model)))
+    hint = "A larger, softer light in place of a point or a sun (-D sun_angle=15) makes less noise"
+    assert hint in capsys.readouterr().out.splitlines()[0]
 
 
 def proposed(capsys: pytest.CaptureFixture[str], cut: Price | None, *prices: Price) -> str:

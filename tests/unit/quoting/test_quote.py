@@ -19,6 +19,7 @@ from equaltime.cli import main
 from equaltime.cli.quote_answer import Asked, answer
 from equaltime.quoting import pilot
 from equaltime.quoting.law import fit
+from equaltime.quoting.noise_light import NoiseLight
 from equaltime.statistics.intervals import Interval
 
 SCENE = Path(__file__).parents[3] / "scenes" / "cornell-box.toml"
@@ -221,6 +222,24 @@ def test_a_doubt_stands_in_the_second_line() -> None:
     first, second, *_ = answer(replace(found, error=found.error.doubted("rare light")), asked)
     assert (first[:12], second) == ("Error surely", "in doubt: rare light")
     assert not any(line.startswith("in doubt") for line in answer(found, asked))
+
+
+def test_light_that_the_camera_sees_falls_on_no_surface() -> None:
+    """A lamp's edge makes noise that no surface has scattered: 58 % of it "fell on straight into the camera"."""
+    found = et.quote(et.load(SCENE).with_(size=(32, 32)), error=0.3, why=False)
+
+    def told(seen: float) -> str:
+        part = {name: Interval(share, share, share) for name, share in (("seen", seen), ("lit", 0.8 - seen))}
+        kinds = {"light": {}, "surface": {"none": part["seen"], "floor": part["lit"], "box": Interval(0.2, 0.2, 0.2)}}
+        light = NoiseLight(part["seen"], part["lit"], *[Interval(0.2, 0.2, 0.2)] * 4, kinds, (32, 32), 8, 8)
+        lines = answer(replace(found, light=light), Asked(None, 0.3))
+        return next(line for line in lines if line.startswith("Which light makes it: "))
+
+    edges = "light seen by the camera is noisy at the edges of lamps and sky, where only more samples help"
+    assert told(0.58).endswith(
+        f": seen by the camera 58 %, direct 22 %, indirect 20 %; {edges}; falling on floor 22 %, box 20 %"
+    )
+    assert told(0.1).endswith(": direct 70 %, indirect 20 %, seen by the camera 10 %; falling on floor 70 %, box 20 %")
 
 
 def test_a_wide_interval_is_told_with_the_way_to_a_closer_one() -> None:
