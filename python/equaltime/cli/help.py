@@ -117,8 +117,11 @@ def _unknown(name: str, names: list[str]) -> str:
     near = meant if meant in names else nearest(name, [known for known in names if known.startswith("--")])
     if name.startswith("--denois"):
         return (
-            f"there is no option {name}, as nothing is denoised: {near or '--error'} renders until the noise is small"
+            f"there is no option {name}, as nothing is denoised; integrator 'aov' of the scene writes albedo and "
+            f"normals for a denoiser elsewhere, and {near or '--error'} renders until the noise is small"
         )
+    if name == "--transparent":
+        return f"there is no option {name} here; equaltime render has it, and a finished picture gets no alpha"
     if name in _OF_CONVERT:
         error = "--error 2% chooses the accuracy of a render, and " * (name == "--quality" and "--error" in names)
         return f"there is no option {name} here; {error}equaltime convert has {name} for {_OF_CONVERT[name]}"

@@ -147,8 +147,12 @@ class Written:
     """Whether the exposure was asked for by the earlier run of a resumed render."""
 
     def __str__(self) -> str:
-        """Return the names of the files, with the exposure of the preview if it is not 0."""
-        shown = exposure_in_words(self.stops)
+        """Return the names of the files, with the exposure of the preview if it is not 0 or not the automatic one.
+
+        Only an automatic exposure is told as brighter or darker: users compare another one with the automatic picture.
+        """
+        asked = self.automatic not in (None, self.stops)
+        shown = f"exposure {self.stops:g}" if asked else exposure_in_words(self.stops)
         if shown and self.opaque:
             shown += " for what is not transparent"
         names = [str(file) for file in self.files if not file.name.endswith("~")]
@@ -304,7 +308,7 @@ def print_warnings(scene: Scene) -> None:
 def print_remarks(scene: Scene) -> None:
     """Print one line to stderr on the warnings of the scene: the warning itself, or how many kinds `lint` lists.
 
-    For commands that write no picture: `render` and `convert` print all of them.
+    For commands that write no picture, and for resumed renders: `convert` and a new render print all of them.
     """
     kinds = once_each(scene.warnings)
     if len(kinds) > 1 and scene.source is not None:

@@ -225,7 +225,8 @@ def parse_size(text: str) -> tuple[int, int]:
     """Parse a size such as ``640x480``, and return width and height in pixels."""
     match = re.fullmatch(r"(\d+)[xX](\d+)", text.strip())
     if not match or 0 in (int(match[1]), int(match[2])):
-        raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480")
+        own = "; `equaltime info SCENE` tells the scene's own size" * ("%" in text)
+        raise typer.BadParameter(f"'{text}' is no size; write WIDTHxHEIGHT, such as 640x480{own}")
     return int(match[1]), int(match[2])
 
 

@@ -20,11 +20,13 @@ from equaltime.cli.messages import (
     ended_by_interrupt,
     kept_elsewhere,
     left_by_interrupt,
+    print_aside,
     print_error,
     print_json,
     print_lines,
     print_no_quote,
     print_quote,
+    print_remarks,
     print_warning,
     print_warnings,
     while_heard,
@@ -135,12 +137,13 @@ def render_picture(
     paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")
     findings: tuple[Finding, ...] = ()
+    resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
     if first and not order.quiet:
-        print_warnings(scene.with_(transparent=changes.get("transparent", False)))
-        findings = print_hazards(scene)
+        findings = _print_remarks(scene, changes.get("transparent", False), resumed is not None)
+        if order.resume and resumed is None:
+            print_aside(f"{paths.exr} is not there: there is nothing to resume, and a new render begins")
     scene = scene.with_(**changes)
     _check_replaceable(paths, None if scene.source is None else os.path.abspath(scene.source), scene.digest, order)
-    resumed = paths.exr if order.resume and paths.exr is not None and paths.exr.exists() else None
     if first and resumed is None and not (order.quiet or order.json):
         _warn_of_short_time(scene, order)
     viewer = None if order.tev is None else _viewer(order.tev, output)
@@ -186,6 +189,18 @@ def render_picture(
     if failure is not None:
         raise failure.with_words(*order.words)
     return 130 if signals or result.stopped_by == "interrupt" else 0
+
+
+def _print_remarks(scene: Scene, transparent: bool, resumed: bool) -> tuple[Finding, ...]:
+    """Print warnings and hazards of a scene, and last what this command makes of it; return the hazards.
+
+    A resumed render counts the warnings, which the earlier run has printed.
+    """
+    (print_remarks if resumed else print_warnings)(scene)
+    findings = print_hazards(scene)
+    more = scene.with_(transparent=transparent).warnings[len(scene.warnings) :]
+    print_warnings(replace(scene, warnings=more))
+    return findings
 
 
 def _check_replaceable(paths: OutputPaths, source: str | None, digest: str | None, order: Order) -> None:

@@ -445,11 +445,17 @@ def load_dict(scene: Mapping[str, object], *, substitute: bool = False) -> Scene
     return _finish(read_dict(scene, report, search), report, None, search, started, substitute=substitute)
 
 
+_EXPORT: Final = {".blend": "export it from Blender as glTF (File > Export > glTF 2.0, .glb)"}
+"""Ways from files of other programs to a scene file, by the files' extensions."""
+
+
 def _read(path: Path, defines: Mapping[str, object], report: Report, search: Search) -> Object | None:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         *most, last = READERS
         message = f"unknown kind of scene file; expected {', '.join(most)} or {last}"
+        if way := _EXPORT.get(path.suffix.lower()):
+            message += f"; {way}"
         if path.suffix.lower() in RENDERED:
             message = "a picture, not a scene; if equaltime rendered it, `equaltime info` tells how"
         elif path.suffix.lower() in PICTURES:

@@ -153,6 +153,7 @@ def test_a_biased_render_says_so(scene: str, output: Path, capsys: pytest.Captur
         (["--spp", "1e3"], "'1e3' is no whole number from 1"),
         (["--max-depth", "two"], "'two' is no whole number from -1"),
         (["--size", "12"], "'12' is no size"),
+        (["--size", "50%"], "such as 640x480; `equaltime info SCENE` tells the scene's own size"),
         (["--crop", "1,2,3"], "'1,2,3' is no crop window"),
         (["--seed", "-1"], "'-1' is no whole number from 0"),
         (["--seed", "18446744073709551616"], "is no whole number from 0 to 18446744073709551615"),

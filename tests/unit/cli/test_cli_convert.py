@@ -61,10 +61,14 @@ def test_an_exposure_is_told_beside_the_automatic_one(saved: Path, capsys: pytes
     replace(dark, image=dark.image / np.float32(64.0)).save(saved, overwrite=True)
     automatic = et.read(saved).exposure()
     assert automatic > 2.0
-    for stops, shown in ((f"{automatic:g}", f"{automatic:g} stops"), ("auto", f"{automatic:g} stops"), ("1", "1 stop")):
+    for stops, shown in (
+        (f"{automatic:g}", f"{automatic:g} stops brighter"),
+        ("auto", f"{automatic:g} stops brighter"),
+        ("1", "exposure 1"),
+    ):
         picture = saved.with_name(f"{stops}.png")
         assert main(["convert", str(saved), str(picture), "--exposure", stops]) == 0
-        said = f"wrote {picture} ({shown} brighter)\n"
+        said = f"wrote {picture} ({shown})\n"
         if stops == "1":
             said += f"--exposure 1 is counted from the scene's own values (0); auto takes {automatic:g} here, "
             said += f"and --exposure {automatic + 1:g} is a stop brighter than that\n"

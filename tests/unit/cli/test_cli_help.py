@@ -47,6 +47,18 @@ def test_an_unknown_option_names_the_one_that_is_meant(
     assert told.rstrip().endswith(meant)
 
 
+def test_options_of_other_commands_and_programs_name_the_way_out(capsys: pytest.CaptureFixture[str]) -> None:
+    for words, way in (
+        (
+            ["convert", "a.exr", "a.png", "--transparent"],
+            "equaltime render has it, and a finished picture gets no alpha",
+        ),
+        (["render", "a.toml", "-o", "a.exr", "--denoise"], "integrator 'aov' of the scene writes albedo and normals"),
+    ):
+        assert main(words) == 2
+        assert way in capsys.readouterr().err
+
+
 def test_the_program_has_a_short_version_option_and_completion(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["-V"]) == 0
     assert capsys.readouterr().out.startswith("equaltime ")

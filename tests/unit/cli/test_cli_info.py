@@ -142,6 +142,24 @@ def test_a_resumed_render_keeps_the_exposure_that_was_asked_for(
     assert shown() == et.read(output).exposure()
 
 
+def test_a_resumed_render_counts_the_remarks_on_its_file_and_tells_last_what_the_command_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, output = str(SCENES / "render" / "windmill.glb"), tmp_path / "a.exr"
+    command = ["render", model, "-o", str(output), "--size", "8x6", "--transparent", "--resume"]
+    new = f"{output} is not there: there is nothing to resume, and a new render begins"
+    for spp, remarks in (("4", 3), ("8", 1)):
+        assert main([*command, "--spp", spp]) == 0
+        *told, last = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("lint")]
+        if spp == "4":
+            assert last == new
+            last = told.pop()
+        assert new not in told
+        assert last.startswith("warning: the ground is a surface, not background")
+        assert len(told) == remarks
+    assert told == [f"warning: 3 kinds of remarks on how the file was read; see equaltime lint {model}"]
+
+
 @pytest.mark.parametrize("name", ["simple.toml", "a.toml"])
 def test_a_copied_scene_takes_the_place_of_the_recorded_file(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

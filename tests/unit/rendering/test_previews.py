@@ -139,7 +139,7 @@ def test_the_command_says_how_the_preview_is_shown(
     command = ["render", str(scene), "-o", str(tmp_path / "a.exr"), "--spp", "2"]
     assert main(command) == 0
     assert capsys.readouterr().out.rstrip().endswith(f"{tmp_path / 'a.png'} (4 stops brighter)")
-    for stops, shown in (("-2", " (2 stops darker)"), ("0", "")):
+    for stops, shown in (("-2", " (exposure -2)"), ("0", " (exposure 0)")):
         assert main([*command, "--exposure", stops]) == 0
         first, told, *_ = capsys.readouterr().out.splitlines()[-2:]
         assert first.endswith(f"{tmp_path / 'a.png'}{shown}")

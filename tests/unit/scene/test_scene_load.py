@@ -150,7 +150,8 @@ def test_a_scene_file_that_cannot_be_read_is_one_clear_error(tmp_path: Path) -> 
         (tmp_path / "no.toml", f"{tmp_path}/no.toml: cannot be read: No such file or directory"),
         (
             tmp_path / "no.blend",
-            f"{tmp_path}/no.blend: unknown kind of scene file; expected .toml, .xml, .gltf, .glb, .obj or .ply",
+            f"{tmp_path}/no.blend: unknown kind of scene file; expected .toml, .xml, .gltf, .glb, .obj or .ply; "
+            "export it from Blender as glTF (File > Export > glTF 2.0, .glb)",
         ),
     ):
         with pytest.raises(SceneError) as error:
