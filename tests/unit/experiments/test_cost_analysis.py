@@ -417,6 +417,8 @@ def test_a_bias_is_not_trusted_where_rare_bright_paths_make_the_errors(
         assert naive.bias.trusted
         assert fireflies.bias.trusted == trusted
         assert ("heavy tail: one pixel" in fireflies.bias.note) != trusted
+        assert ("told despite the heavy tail: an experiment with question" in fireflies.bias.note) == trusted
+        assert naive.bias.note == ""
     below = Interval(-0.28, -0.31, -0.23)
     monkeypatch.setattr(summarising, "_bias", lambda parts, differs: below)
     impossible = summarise(experiment(("naive",)), rows, folder).scenes[0].strategies[0].bias

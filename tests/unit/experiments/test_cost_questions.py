@@ -119,6 +119,13 @@ def test_a_bias_that_was_not_found_has_its_largest_size() -> None:
     assert found.startswith("No bias was found in same (at most 5.7 %) and other. ")
 
 
+def test_strategies_that_are_tested_despite_a_heavy_tail_are_named_with_the_reason() -> None:
+    heavy = replace(strategy("heavy", 0.4), tail_share=0.03)
+    said = "Compared despite a heavy tail: heavy; an experiment with question = "
+    assert said in bias_verdict([scene(heavy, strategy("same", 0.4))], LEVEL)
+    assert "heavy tail" not in bias_verdict([scene(strategy("same", 0.4))], LEVEL)
+
+
 def test_paths_that_are_cut_are_named_as_the_cause() -> None:
     cut = replace(strategy("depth 2", 1e-9, Interval(0.6, 0.59, 0.61)), name="best,truncate=2")
     assert bias_verdict([scene(cut)], LEVEL).startswith(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from equaltime.experiments.analysis.pictures import differing_renderers, size_of
 from equaltime.experiments.analysis.sentences import Answer, equal_samples, joined, less_time, listed, times
@@ -13,7 +14,10 @@ from equaltime.statistics.intervals import Interval, product_mean, sound
 from equaltime.statistics.runs import TYPICAL
 from equaltime.words import percent
 
-__all__ = ["bias_verdict", "efficiency_verdict", "samples_verdict"]
+__all__ = ["NO_RARE_PATHS", "bias_verdict", "efficiency_verdict", "samples_verdict"]
+
+NO_RARE_PATHS: Final = 'an experiment with question = "bias" declares that its scenes have no rare bright paths'
+"""Reason why such an experiment tests strategies with heavy tails too."""
 
 
 def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
@@ -22,7 +26,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
     A strategy is biased if its expected image differs from the expected image of the scene's standard strategy, which
     is usually ``best``. ``level`` is the false-alarm rate of all these tests together. Biases of which only an upper
     limit is known have a sentence of their own, and so has a renderer that failed the test of agreement with equaltime.
-    If no strategy was found biased, the first note is the answer.
+    If no strategy was found biased, the first note is the answer. A note names strategies with heavy tails.
     """
     found, limited, right, untested = [], [], [], []
     for scene, strategy in _others(scenes):
@@ -51,7 +55,7 @@ def bias_verdict(scenes: Sequence[SceneResult], level: float) -> Answer:
     notes = [f"{beginning}{together(items)}." for beginning, items, together in said[1:]]
     if found or limited or right:
         notes.append(f"Compared with {standard}; the risk of a false alarm is {figure(100.0 * level)} %.")
-    notes += filter(None, [*map(_hidden, scenes), differing_renderers(scenes)])
+    notes += filter(None, [_heavy(scenes), *map(_hidden, scenes), differing_renderers(scenes)])
     if said:
         return Answer.listing(*said[0]).noted(notes)
     return Answer.of(notes[:1] or ["No other strategy was compared."], notes[1:])
@@ -62,6 +66,14 @@ def _at_most(bias: Interval | None) -> str:
     if bias is None or not (bias.trusted or bias.bound == "high") or not 0.0 < bias.high < math.inf:
         return ""
     return f" (at most {percent(bias.high)})"
+
+
+def _heavy(scenes: Sequence[SceneResult]) -> str:
+    """Return a sentence on the strategies that take part in a test although their errors have heavy tails; or empty."""
+    labels = dict.fromkeys(one.label for scene in scenes for one in scene.strategies if one.tail_share > 0.0)
+    if not labels:
+        return ""
+    return f"Compared despite a heavy tail: {listed([*labels])}; {NO_RARE_PATHS}."
 
 
 def _hidden(scene: SceneResult) -> str:

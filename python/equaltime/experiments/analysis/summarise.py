@@ -19,6 +19,7 @@ from equaltime.errors import ExperimentError, Problem
 from equaltime.experiments import report
 from equaltime.experiments.analysis.beside import beside
 from equaltime.experiments.analysis.disagreement import withheld
+from equaltime.experiments.analysis.questions import NO_RARE_PATHS
 from equaltime.experiments.analysis.sentences import listed
 from equaltime.experiments.analysis.strategy_runs import StrategyRuns, efficiency, fewer_samples, speed_up
 from equaltime.experiments.analysis.verdict import headline_target, pick_standard, verdict
@@ -48,6 +49,7 @@ _SHORTEST_RUN = 0.1
 """Least seconds of a run whose share of its processors is judged: threads take milliseconds to start."""
 _BELOW_ZERO = "its square is below 0 by more than its interval: rare bright paths make the errors"
 """Reason why the interval of a bias is not valid; no square is below 0."""
+_DECLARED = f"told despite the heavy tail: {NO_RARE_PATHS}"
 _HEAVY_REFERENCE = "the reference has a heavy tail: one pixel makes much of its error"
 _NO_COMMON_COUNT = "its repeats have no sample count in common, so that they cannot be joined"
 
@@ -317,8 +319,10 @@ class _Scene:
         "bias" declares that its scenes have no such paths.
         """
         bias, reference = _bias(parts, differs), self._reference(None)
-        if self.experiment.question == "bias" or not (bias.known and bias.trusted):
+        if not (bias.known and bias.trusted):
             return bias
+        if self.experiment.question == "bias":
+            return bias.noted(_DECLARED) if strategy.heavy else bias
         if strategy.heavy:
             return bias.doubted(strategy.runs.doubt)
         if not differs and bias.high < 0.0:
