@@ -45,13 +45,15 @@ class Integral:
     def run(self, seed: int, ladder: Iterable[int], seconds: float | None) -> Iterator[Point]:
         """Give the mean of f(x) / pdf(x) over independent samples."""
         rng = np.random.default_rng(seed)
-        total, done, begin, cpu_begin = np.zeros(self._shape), 0, time.perf_counter(), time.process_time()
+        total, done, wall, cpu = np.zeros(self._shape), 0, 0.0, 0.0
         for spp in ladder:
+            begin, cpu_begin = time.perf_counter(), time.process_time()  # what happens between checkpoints does not count
             for _ in range(done, spp):
                 x = self.warp(1.0 - rng.random(self._shape))  # in (0, 1]
                 total += 3.0 * x**2 / self.pdf(x)
             done = spp
-            wall, cpu = time.perf_counter() - begin, time.process_time() - cpu_begin
+            wall += time.perf_counter() - begin
+            cpu += time.process_time() - cpu_begin
             yield Point(spp, wall, cpu, (total / spp).astype(np.float32), paths=total.size * spp)
             if seconds is not None and wall >= seconds:
                 return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,19 @@ def test_the_shipped_subjects_can_be_made() -> None:
     for file in ("x9-bias.toml", "x10-estimator.toml"):
         subjects = make_subjects(read_experiment(FOLDER / file))
         assert all(subject.renderer == "command" for subject in subjects)
+
+
+@pytest.mark.parametrize("file", ["x9-bias.toml", "x10-estimator.toml"])
+def test_the_time_between_two_checkpoints_is_not_that_of_a_shipped_subject(file: str) -> None:
+    experiment = read_experiment(FOLDER / file)
+    scene = experiment.load_scenes()[0].with_(size=(2, 2))
+    for subject in make_subjects(experiment):
+        subject.prepare(scene, 1)
+        begin, point = time.perf_counter(), None
+        for point in subject.run(1, (1, 2, 3), None):
+            time.sleep(0.05)
+        assert point is not None
+        assert point.wall_s < time.perf_counter() - begin - 0.14
 
 
 @pytest.mark.parametrize("name", ["two\nlines", "", 5, "a\0b", "bell\a", "\ud800", "line\u2028line", "\x85"])
