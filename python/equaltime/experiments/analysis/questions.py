@@ -156,7 +156,8 @@ def _others(scenes: Sequence[SceneResult], baseline: bool = False) -> Iterator[t
 def _fewer(ratio: Interval, samples: int | None) -> str:
     """Return how many times fewer samples a strategy needs.
 
-    A ratio of typical runs depends on their number of ``samples`` per pixel: the variance may be infinite.
+    A ratio of typical runs depends on the number of ``samples`` per pixel that both strategies have there: the variance
+    may be infinite.
     """
     if math.isinf(ratio.value):
         return "needs one sample (it is exact)"
@@ -166,6 +167,6 @@ def _fewer(ratio: Interval, samples: int | None) -> str:
         if ratio.bound == "high" and ratio.high < 1.0:
             return f"needs at least {figure(1.0 / ratio.high)} times more samples"
         return f"cannot be told ({ratio.note})"
-    count = "" if samples is None else f" of {samples:,} samples"
-    typical = f" in typical runs{count}, more where rare bright ones come" if TYPICAL in ratio.note else ""
+    count = "" if samples is None else f" with {samples:,} samples"
+    typical = f" by typical runs of both{count}, without rare bright ones" if TYPICAL in ratio.note else ""
     return f"needs {times(ratio, 'fewer samples', 'more samples')}{typical}"
