@@ -529,9 +529,7 @@ def slope(runs: Runs) -> Interval:
     if math.isnan(found.value):
         return UNKNOWN.doubted("an exact image has no error that falls" if runs.exact else "too few checkpoints")
     if runs.spp is not None:
-        started = _started(start_seconds(runs, np.ones(runs.repeats)))
-        anew = "each count is a render of its own, whose time may contain a start"
-        found = found.noted(f"{AGAINST_SAMPLES}: {started or anew}")
+        found = found.noted(f"{AGAINST_SAMPLES}: times of other programs than equaltime may contain a start")
     if found.trusted and found.low > INDEPENDENT and not runs.biased:
         found = found.noted(_SHALLOW)
     reason = join((runs.tail, runs.missing))

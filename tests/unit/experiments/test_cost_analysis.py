@@ -352,6 +352,15 @@ def test_the_table_says_against_what_each_slope_is(recorded: tuple[Path, list[Ro
     assert said == {label: "against samples" if label == "best" else "against time" for label in KINDS}
 
 
+def test_a_table_of_times_says_that_other_programs_may_have_a_start(recorded: tuple[Path, list[Row]]) -> None:
+    (scene,) = summarise(experiment(("naive", "best")), recorded[1], recorded[0]).scenes
+    look = looks(["naive", "best"], "naive")
+    own, other = scene.strategies
+    with_other = replace(scene, strategies=(own, replace(other, renderer="command")))
+    for each, told in ((scene, False), (with_other, True)):
+        assert ("may contain a start" in time_table("box", each, TARGETS, look).caption) == told
+
+
 def test_a_difference_that_is_small_beside_an_error_spoils_nothing(
     recorded: tuple[Path, list[Row]], tmp_path: Path
 ) -> None:

@@ -49,7 +49,7 @@ Its later error is then not predictable."""
 
 
 _ANEW = ("command", "mitsuba")
-"""Renderers that render every checkpoint from its first sample on, so that each time contains a start."""
+"""Renderers whose time of every checkpoint may contain a start, since most render each from its first sample on."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,6 +183,11 @@ def label_row(
     return TableRow(strategy.label, look, tags, tuple(map(tuple, cells)), strategy.name)
 
 
+_START = (
+    ". Times of other programs than equaltime may contain a start, and so may speed-ups and the gain at equal time. The "
+    "gain at equal samples does not depend on times"
+)
+"""Why the numbers of a table of times may not agree with the samples that are needed."""
 _GAINS = ("gain at equal time", "gain at equal samples")
 
 
@@ -207,7 +212,8 @@ def time_table(slug: str, scene: SceneResult, targets: Sequence[float], looks: M
         if strategy.label != scene.baseline and strategy.fewer_samples.known and count is not None:
             cells[-1].append(Cell(f"at {count:,} samples"))
         rows.append(label_row(scene, strategy, looks[strategy.label], cells))
-    caption = f"Time to a given error, and speed-up and gain over {scene.baseline}; 95 % intervals"
+    others = any(strategy.renderer != "core" for strategy in scene.strategies)
+    caption = f"Time to a given error, and speed-up and gain over {scene.baseline}; 95 % intervals{_START * others}"
     columns = [*(f"to {percent(target)}" for target in targets), *_GAINS]
     return Table(f"{slug}-times", caption, "strategy", tuple(columns), tuple(rows))
 
