@@ -47,7 +47,7 @@ class Integral:
         rng = np.random.default_rng(seed)
         total, done, wall, cpu = np.zeros(self._shape), 0, 0.0, 0.0
         for spp in ladder:
-            begin, cpu_begin = time.perf_counter(), time.process_time()  # what happens between checkpoints does not count
+            begin, cpu_begin = time.perf_counter(), time.process_time()  # what others do between does not count
             for _ in range(done, spp):
                 x = self.warp(1.0 - rng.random(self._shape))  # in (0, 1]
                 total += 3.0 * x**2 / self.pdf(x)

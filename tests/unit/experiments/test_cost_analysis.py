@@ -413,6 +413,21 @@ def test_numbers_of_a_strategy_that_is_found_biased_are_trusted(
         )
 
 
+@pytest.mark.parametrize(("biased", "why"), [(False, "found to be biased"), (True, "cuts paths")])
+def test_a_bias_is_told_with_how_it_is_known_and_beside_the_map_of_errors(
+    recorded: tuple[Path, list[Row]], biased: bool, why: str
+) -> None:
+    rows = changed(recorded[1], "cut", biased=lambda _: biased)
+    asked = experiment(("naive", "cut")).model_copy(update={"question": "bias"})
+    (scene,) = summarise(asked, rows, recorded[0]).scenes
+    assert f"{why}, so its picture stays different (20 % off)" in scene.strategies[1].notes
+    pictures = load_pictures(scene)
+    assert isinstance(pictures, Pictures)
+    views, _ = losing(scene, pictures, looks(["naive", "cut"], "naive"), 64)
+    told = "Its error contains its bias of 20\u202f%: a block shows the bias only where the noise of naive is smaller."
+    assert [told in view.sentences for view in views] == [False, True]
+
+
 def test_a_bias_is_not_trusted_where_rare_bright_paths_make_the_errors(
     recorded: tuple[Path, list[Row]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -386,7 +386,10 @@ def test_a_renderer_that_differs_from_the_standard_alone_is_told_with_its_bias()
 def test_samples_of_typical_runs_are_not_those_of_the_mean() -> None:
     ratio = Interval(0.025, 0.016, 0.029)
     typical = samples_verdict([scene(strategy("opposite", fewer=ratio.noted(TYPICAL)))])
-    assert "opposite needs 40 times more samples (34 to 62) by typical runs of both with 32 samples, without rare" in typical
+    assert (
+        "opposite needs 40 times more samples (34 to 62) by typical runs of both with 32 samples, without rare"
+        in typical
+    )
     assert "typical" not in samples_verdict([scene(strategy("opposite", fewer=ratio))])
 
 

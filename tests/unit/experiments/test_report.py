@@ -94,7 +94,7 @@ def test_the_verdict_is_the_first_sentence_after_the_title(page: Page) -> None:
 
 def test_every_part_that_the_page_promises_is_there(page: Page) -> None:
     headings = [text for tag, text in page.texts if tag in ("h1", "h2", "h3", "h4")]
-    assert headings.count("Error against time") == headings.count("Where the noise is") == 2
+    assert headings.count("Error against time") == headings.count("Where the error is") == 2
     for heading in ("Pictures", "All scenes", "How to read this page", "What next", "How this was made"):
         assert headings.count(heading) == 1
     for heading in ("box0", "box1", "Image", "Variance", "Error", "Standard error", "Time to an error", "Checks"):

@@ -387,8 +387,10 @@ def _left_out(windows: Sequence[Window]) -> str:
 
 
 def _bias_note(strategy: StrategyRuns) -> str:
-    """Return the warning about a strategy that is biased by its settings, with the size of its bias if known."""
-    why = "cuts paths" if "truncate=" in strategy.rows[0].name else "biased by its settings"
+    """Return the warning about a strategy that is biased, with the size of its bias if known."""
+    first = strategy.rows[0]
+    declared = "cuts paths" if "truncate=" in first.name else "biased by its settings"
+    why = declared if first.biased else "found to be biased"
     bias = UNKNOWN if strategy.parts is None else strategy.parts.bias2.map(signed_root)
     if not sound(bias):
         return f"{why}, so its picture may stay different"

@@ -18,6 +18,7 @@ from equaltime.experiments.report.looks import Style
 from equaltime.experiments.report.pictures import Bar, Pictures, colour_bar, coloured, data_uri
 from equaltime.experiments.report.words import percent
 from equaltime.images.preview import reduced, srgb_bytes
+from equaltime.statistics.intervals import sound
 
 __all__ = ["INTRODUCTION", "LEVEL", "LossView", "Losses", "losing", "losses", "ratio_sentence"]
 
@@ -29,6 +30,8 @@ LEVEL = 0.001
 """Significance level at which a strategy's error in a block of pixels is called worse or better than the baseline's."""
 _DIFFERENT = 1.1
 """Smallest ratio of errors over the whole picture that a sentence sets against what the blocks show."""
+_LEAST_SHOWN = 0.5
+"""Smallest share of a larger error over the whole picture in significant blocks with which these explain it."""
 _SHOWN = 1.005
 """Smallest ratio that three digits tell from 1."""
 _BLOCKS = 28
@@ -42,7 +45,8 @@ INTRODUCTION = (
     "the strategy's error at equal time differs from the baseline's. Grey: no difference beyond chance "
     f"(Welch's t-test over repeats, level {LEVEL:g} for each block: of 1000 blocks, chance colours about "
     f"{1000 * LEVEL:g}). A difference beyond chance may be small. Where rare bright samples make an error, the test "
-    "finds few losses, and finds gains where no such sample came."
+    "finds few losses, and finds gains where no such sample came. The error is noise, and for a biased strategy bias "
+    "too."
 )
 
 
@@ -83,7 +87,11 @@ def losing(
     found = {label: losses(own, None if label in apart else baseline) for label, own in equal.items()}
     most = _most(found)
     grey = _grey(pictures)
-    views = tuple(_view(scene.baseline, label, looks[label], found[label], grey, most, longest) for label in found)
+    views = tuple(
+        _view(scene.baseline, one, looks[one.label], found[one.label], grey, most, longest)
+        for one in scene.strategies
+        if one.label in found
+    )
     ticks = (f"1/{most:g} of the baseline's error or less", "equal", f"{most:g} times or more")
     return views, Bar(colour_bar(_RATIOS), ticks) if any(view.ratio_uri for view in views) else None
 
@@ -114,7 +122,10 @@ def _to_equal_time(strategy: StrategyResult) -> float:
     return factor if math.isfinite(factor) else 1.0
 
 
-def _view(baseline: str, label: str, look: Style, found: Losses, grey: Floats, most: float, longest: int) -> LossView:
+def _view(
+    baseline: str, strategy: StrategyResult, look: Style, found: Losses, grey: Floats, most: float, longest: int
+) -> LossView:
+    label = strategy.label
     half = found.spread(found.half, grey.shape)[..., None]
     painted = np.where(half, 0.35 * grey + 0.65 * _MARK, grey)
     sentences = [_half_sentence(found)]
@@ -125,7 +136,15 @@ def _view(baseline: str, label: str, look: Style, found: Losses, grey: Floats, m
         if (ratios := _ratio_map(found, grey, most)) is not None:
             ratio_uri = data_uri(_bytes(ratios, longest))
             ratio_alt = f"Map of the error of {label} over that of {baseline}: {sentences[-1]}"
+            sentences += [_bias_sentence(strategy, baseline)] * bool(strategy.remark)
     return LossView(label, look, data_uri(_bytes(painted, longest)), half_alt, ratio_uri, ratio_alt, tuple(sentences))
+
+
+def _bias_sentence(strategy: StrategyResult, baseline: str) -> str:
+    """Return what the second map shows of the bias of a biased strategy."""
+    bias = strategy.bias
+    size = f" of {percent(float(f'{bias.value:.2g}'))}" if bias is not None and sound(bias) else ""
+    return f"Its error contains its bias{size}: a block shows the bias only where the noise of {baseline} is smaller."
 
 
 def _half_sentence(found: Losses) -> str:
@@ -138,7 +157,7 @@ def _half_sentence(found: Losses) -> str:
 def ratio_sentence(found: Losses, baseline: str) -> str:
     """Return in words where the errors of a strategy and of ``baseline`` differ beyond chance, and by how much.
 
-    A second sentence follows if the error over the whole picture differs the other way. ``found`` is a result of
+    A second sentence follows if these blocks do not explain the error over the whole picture. ``found`` is a result of
     `losses` with a ratio.
     """
     if found.ratio is None or found.worse is None or found.better is None:
@@ -146,23 +165,23 @@ def ratio_sentence(found: Losses, baseline: str) -> str:
     worse, better = float(found.worse.mean()), float(found.better.mean())
     if not found.worse.any():
         rest = f", better in {_part(better)} of the picture" if found.better.any() else ", nor better"
-        return f"Nowhere worse than {baseline} beyond chance{rest}.{_yet(found, baseline)}"
+        return f"Nowhere worse than {baseline} beyond chance{rest}.{_elsewhere(found, baseline)}"
     rest = f"better in {_part(better)}" if found.better.any() else "nowhere better"
     return (
         f"Beyond chance, worse than {baseline} in {_part(worse)} of the picture{_place(found.worse, worse)}, with "
-        f"{_factor(float(np.median(found.ratio[found.worse])))} in the median; {rest}.{_yet(found, baseline)}"
+        f"{_factor(float(np.median(found.ratio[found.worse])))} in the median; {rest}.{_elsewhere(found, baseline)}"
     )
 
 
-def _yet(found: Losses, baseline: str) -> str:
-    """Return a sentence if the error of the whole picture differs the other way than its blocks; else empty."""
-    worse, better = found.worse is not None and found.worse.any(), found.better is not None and found.better.any()
-    hidden = (found.whole >= _DIFFERENT and not worse) or (found.whole <= 1.0 / _DIFFERENT and worse and not better)
-    if not hidden or not math.isfinite(found.whole):
+def _elsewhere(found: Losses, baseline: str) -> str:
+    """Return a sentence if the blocks do not explain a larger error, or contradict a smaller one; else empty."""
+    larger = _DIFFERENT <= found.whole < math.inf and found.shown < _LEAST_SHOWN
+    smaller = found.whole <= 1.0 / _DIFFERENT and found.shown < 0.0
+    if not (larger or smaller):
         return ""
     return (
-        f" Yet its measured error over the whole picture is {_times(found.whole)} that of {baseline}: it comes from "
-        "blocks where chance hides the difference."
+        f" Over the whole picture its measured error is {_times(found.whole)} that of {baseline}: most of the "
+        "difference comes from blocks where it is within chance, such as by rare bright samples."
     )
 
 
@@ -238,6 +257,10 @@ class Losses:
     """True in blocks whose error is significantly smaller than the baseline's; None with fewer than three repeats."""
     whole: float = math.nan
     """Strategy's error over the whole picture divided by the baseline's, at equal time; NaN for the baseline itself."""
+    shown: float = math.nan
+    """Share of the difference of squared errors over the whole picture in the blocks of ``worse`` and ``better``.
+
+    It is negative if these blocks differ the other way, and NaN with fewer than three repeats."""
 
     def spread(self, flags: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.generic]:
         """Return an image (H, W) in which each pixel has the value of its block in ``flags``.
@@ -271,8 +294,14 @@ def losses(own: Floats, baseline: Floats | None) -> Losses:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.sqrt(total / reference)
         whole = float(np.sqrt(max(own.mean(), 0.0) / np.float64(max(baseline.mean(), 0.0))))
-    worse, better = _significant(mine, theirs) or (None, None)
-    return Losses(block, half, half_area, ratio, worse, better, whole)
+    sure = _significant(mine, theirs)
+    if sure is None:
+        return Losses(block, half, half_area, ratio, None, None, whole)
+    worse, better = sure
+    difference = mine.mean(axis=0) - theirs.mean(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shown = float(difference[worse | better].sum() / difference.sum())
+    return Losses(block, half, half_area, ratio, worse, better, whole, shown)
 
 
 def _block_sums(pixels: Floats, block: int) -> Floats:

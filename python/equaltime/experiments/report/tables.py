@@ -184,8 +184,8 @@ def label_row(
 
 
 _START = (
-    ". Times of other programs than equaltime may contain a start, and so may speed-ups and the gain at equal time. The "
-    "gain at equal samples does not depend on times"
+    ". Times of other programs than equaltime may contain a start, and so may speed-ups and the gain at equal time. "
+    "The gain at equal samples does not depend on times"
 )
 """Why the numbers of a table of times may not agree with the samples that are needed."""
 _GAINS = ("gain at equal time", "gain at equal samples")
