@@ -52,6 +52,8 @@ _OF_RENDERS: Final = (
     "revisions",
 )
 """Keys of a saved render's record that are printed, and the strategy with all its keys."""
+_TITLES: Final = {"rays": "camera and bounce rays"}
+"""Names of the keys whose own words say too little: shadow rays have a line of their own."""
 
 
 def info(
@@ -135,7 +137,7 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
         with suppress(StrategyError):  # of another version
             record = {**record, "strategy_in_full": Strategy.parse(checked(record, path)["strategy"]).in_full}
         told = (name for name in _OF_RENDERS if record.get(name) not in (None, [], False))
-        rows = ((name.replace("_", " "), _of_record(name, record[name]) + _range(name, record)) for name in told)
+        rows = ((_TITLES.get(name, name.replace("_", " ")), _of_record(name, record[name]) + _range(name, record)) for name in told)
         print_lines(["", *in_columns(rows)])
     return 0
 

@@ -253,6 +253,8 @@ def test_it_tells_how_a_saved_render_was_made(tmp_path: Path, capsys: pytest.Cap
     rows = [line.split("  ", 1) for line in told.split("\n\n")[1].splitlines()]
     values = {title: text.strip() for title, text in rows}
     assert values["digest"] == record["digest"]
+    assert values["camera and bounce rays"] == f"{record['rays']:,}"
+    assert values["shadow rays"] == f"{record['shadow_rays']:,}"
     assert values["spp"] == "4"
     assert values["seed"] == "1234567"
     assert "splitting none" in values["decision"]
