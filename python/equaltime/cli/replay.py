@@ -44,11 +44,11 @@ ENDS: Final = {
     "depth": "the longest path is reached",
     "absorbed": "this side of the surface absorbs everything",
     "no_direction": "the BSDF gives no direction",
-    "black": "nothing is scattered, as the BSDF's weight is 0",
+    "black": "nothing is scattered, as the BSDF weight is 0",
     "not_finite": "its throughput is not a finite number",
     "roulette": "by Russian roulette",
 }
-_UNDERFLOW: Final = "its throughput becomes 0 by underflow: throughput times weight is below the smallest float32"
+_UNDERFLOW: Final = "its throughput becomes 0 by underflow: throughput times BSDF weight is below the smallest float32"
 _OF_RECORD: Final = ("size", "max_depth", "strategy", "define", "substitute", "transparent", "without")
 """Parameters of the command that the record of a saved render tells."""
 _DOTS: Final = "what bright dots mean and what to do about them: scenes/render/README.md, When the error is in doubt"

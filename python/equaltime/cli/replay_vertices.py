@@ -36,8 +36,8 @@ _WEIGHTS: Final = {
 }
 """MIS weights of a picked light, by heuristic."""
 _BY_THROUGHPUT: Final = (
-    "the largest component of throughput · weight, at most 1; a split or a refraction counts as if it had not changed "
-    "the throughput"
+    "the largest component of throughput · BSDF weight, at most 1; a split or a refraction counts as if it had not "
+    "changed the throughput"
 )
 _SURVIVAL: Final = {
     "none": "1",
@@ -80,7 +80,7 @@ class PathInLines:
         if any(vertex["scattering"] is not None for vertex in vertices):
             yield "albedo: the share of the light that is scattered, for each colour"
         if any(vertex["scattering"] is not None and vertex["scattering"]["sampled"] for vertex in vertices):
-            yield "weight: BSDF·cos / pdf of the direction that is drawn; it multiplies the throughput"
+            yield "BSDF weight: BSDF·cos / pdf of the direction that is drawn; it multiplies the throughput"
         if any(_plays_roulette(vertex["scattering"]) for vertex in vertices):
             yield (
                 "Russian roulette: the path survives with the survival probability, and its throughput is then divided "
@@ -223,7 +223,7 @@ class PathInLines:
         if not scattering["sampled"]:
             return
         pdf = "a discrete direction" if scattering["pdf"] is None else f"{self._drawn} {self._one(scattering['pdf'])}"
-        yield f"  towards {self.all(scattering['direction'])}, {pdf}, weight {self.all(scattering['weight'])}"
+        yield f"  towards {self.all(scattering['direction'])}, {pdf}, BSDF weight {self.all(scattering['weight'])}"
         if _plays_roulette(scattering):
             outcome = "the path survives" if goes_on else "the path ends"
             yield f"  Russian roulette: survival probability {self._one(scattering['survival'])}, {outcome}"

@@ -224,7 +224,7 @@ def test_a_roulette_is_told_where_it_may_end_the_path(tmp_path: Path, capsys: py
     ("rule", "formula"),
     [
         ("albedo", "the largest component of the albedo, at most 1 (roulette=albedo)"),
-        ("throughput", "the largest component of throughput · weight, at most 1; a split or a refraction counts as if"),
+        ("throughput", "the largest component of throughput · BSDF weight, at most 1; a split or a refraction counts as if"),
     ],
 )
 def test_the_survival_probability_follows_from_the_formula_in_the_legend(
@@ -236,7 +236,7 @@ def test_the_survival_probability_follows_from_the_formula_in_the_legend(
     lines = shown(scene, capsys, *words, "-v")
     assert [line for line in lines if line.startswith(f"survival probability: {formula}")]
     assert "albedo: the share of the light that is scattered, for each colour" in lines
-    assert "weight: BSDF·cos / pdf of the direction that is drawn; it multiplies the throughput" in lines
+    assert "BSDF weight: BSDF·cos / pdf of the direction that is drawn; it multiplies the throughput" in lines
     assert float(next(line.split()[4] for line in lines if "roulette: survival" in line).rstrip(",")) == np.float32(0.9)
 
 
@@ -321,7 +321,7 @@ def test_a_light_that_only_aiming_finds_says_so(tmp_path: Path, capsys: pytest.C
 def test_uniform_directions_have_a_pdf_of_that_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = told_of_lamp(tmp_path, capsys, "naive", z=6)
     assert "uniform pdf: of a direction drawn uniformly, per steradian" in told
-    assert ", uniform pdf 0.15915, weight " in told
+    assert ", uniform pdf 0.15915, BSDF weight " in told
 
 
 def test_a_bsdf_of_0_has_its_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
