@@ -137,7 +137,8 @@ def _of_render(path: Path, verbose: bool, as_json: bool) -> int:
         with suppress(StrategyError):  # of another version
             record = {**record, "strategy_in_full": Strategy.parse(checked(record, path)["strategy"]).in_full}
         told = (name for name in _OF_RENDERS if record.get(name) not in (None, [], False))
-        rows = ((_TITLES.get(name, name.replace("_", " ")), _of_record(name, record[name]) + _range(name, record)) for name in told)
+        titles = {name: _TITLES.get(name, name.replace("_", " ")) for name in told}
+        rows = ((title, _of_record(name, record[name]) + _range(name, record)) for name, title in titles.items())
         print_lines(["", *in_columns(rows)])
     return 0
 

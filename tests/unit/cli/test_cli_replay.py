@@ -224,7 +224,10 @@ def test_a_roulette_is_told_where_it_may_end_the_path(tmp_path: Path, capsys: py
     ("rule", "formula"),
     [
         ("albedo", "the largest component of the albedo, at most 1 (roulette=albedo)"),
-        ("throughput", "the largest component of throughput · BSDF weight, at most 1; a split or a refraction counts as if"),
+        (
+            "throughput",
+            "the largest component of throughput · BSDF weight, at most 1; a split or a refraction counts as if",
+        ),
     ],
 )
 def test_the_survival_probability_follows_from_the_formula_in_the_legend(
