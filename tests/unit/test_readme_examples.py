@@ -140,7 +140,8 @@ def test_the_experiment_in_python_is_the_one_that_the_page_says(monkeypatch: pyt
 
     def begin(source: et.Experiment, folder: str) -> SimpleNamespace:
         begun.append(source)
-        return SimpleNamespace(verdict="")
+        timed = SimpleNamespace(time_to={0.05: et.Interval(1.5, 1.0, 2.0)})
+        return SimpleNamespace(verdict="", verdict_notes=(), scenes=[SimpleNamespace(strategies=[timed, timed])])
 
     monkeypatch.setattr(et, "cost", begin)
     monkeypatch.chdir(ROOT)

@@ -40,6 +40,7 @@ __all__ = [
     "decision_of",
     "make_renderer",
     "nets",
+    "numbers_version",
     "second_net",
     "split_light",
     "traced",
@@ -105,6 +106,14 @@ def nets(scene: Scene, strategy: Strategy) -> int:
         focus = Focus.of(scene.core, anyhow, seed=0, threads=0, whole_film=True)
         _RARE_LIGHT[scene] = focus.rarely_met or Lamps.in_plain_sight(scene.core, anyhow).mostly_small
     return REPLICATES if _RARE_LIGHT[scene] else 1
+
+
+def numbers_version(strategy: Strategy) -> int:
+    """Return the version of the numbers that the strategy's sampler gives: 2 for ``sobol``, else 1.
+
+    Version 1 of ``sobol`` had two dimensions for each decision of a path, instead of one sequence for all.
+    """
+    return 2 if strategy.sampler == "sobol" else 1
 
 
 def second_net(scene: Scene, strategy: Strategy) -> int:

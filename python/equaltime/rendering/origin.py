@@ -43,6 +43,8 @@ class Origin:
     nets: int = 2
     """Number of independent nets (low-discrepancy point sets) that a pixel's samples form. If it is the number of
     replicates, the replicates are independent; else it is 1, and they are halves of one net."""
+    numbers: int = 1
+    """Version of the sampler's numbers: samples of two versions do not form one point set."""
     second_net: int = 0
     """k, if one of k pixels has a second net: further samples, not in the image, that show its noise. 0 if there are
     none."""
@@ -78,6 +80,7 @@ class Origin:
             substitutions=tuple(record["substitutions"]),
             sources=tuple(record["sources"]),
             nets=record["nets"],
+            numbers=record["numbers"],
             second_net=record["second_net"],
             scene_max_depth=record["scene_max_depth"],
             transparent=record["transparent"],
@@ -100,6 +103,7 @@ class Origin:
             "seed": self.seed,
             "replicates": self.replicates,
             "nets": self.nets,
+            "numbers": self.numbers,
             **({"second_net": self.second_net} if self.second_net else {}),
             "backend": self.backend,
             **({"without": list(self.without)} if self.without else {}),

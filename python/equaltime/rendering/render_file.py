@@ -38,6 +38,7 @@ without, bias                effects that were left out, if any, and the error d
 seed, replicates, backend    with the strategy, these decide the bits
 nets, second_net             independent nets of a pixel's samples: with 2 the replicates are two independent halves,
                              with 1 they are not; k, if one of k pixels has a second net
+numbers                      version of the sampler's numbers; files without this key have version 1
 transparent                  true if the background was made transparent, beside what the scene's film asks for
 defines                      values of -D, by name, with which the scene's file was read
 frame                        number of a frame of an animation (--frames), fps (frames a second), and blur (share of

@@ -131,6 +131,7 @@ class _Record(_Facts):
     seed: Count
     replicates: int
     nets: Annotated[int, Field(ge=1)] = 2
+    numbers: Annotated[int, Field(ge=1)] = 1
     second_net: Annotated[int, Field(ge=0, le=MOST_PIXELS_A_SECOND_NET)] = 0
     backend: str
     without: list[str] = []

@@ -39,7 +39,7 @@ _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets
 """Keys of a record that must be equal in all parts of one render, beside the scene."""
 _IN_DIGEST = {"size", "crop", "max_depth", "without"}
 _BACKGROUNDS = {True: "a transparent background", False: "an opaque background"}
-_NAMES = {"max_depth": "max depth", "without": "left out", "nets": "point sets in a pixel:"}
+_NAMES = {"max_depth": "max depth", "without": "left out", "nets": "point sets in a pixel:", "numbers": "random numbers of version"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ class SavedRender:
             raise ImageError(
                 f"{self.path}: cannot be resumed: it was merged; render with another seed, and merge again"
             )
-        if different := differences(self.record, wanted, ("seed", "substitutions", "build")):
+        if different := differences(self.record, wanted, ("seed", "numbers", "substitutions", "build")):
             raise ImageError(f"{self.path}: cannot be resumed: it has {'; '.join(different)}")
 
 
@@ -183,6 +183,8 @@ def differences(found: Mapping[str, Any], wanted: Mapping[str, Any], more: Itera
         differing.remove("crop")  # the crop mostly follows from the size
     if "nets" in differing and not {"size", "crop", "strategy"}.isdisjoint(differing):
         differing.remove("nets")  # the number of nets follows from these
+    if {"numbers", "strategy"} <= {*differing}:
+        differing.remove("numbers")  # each sampler has its own
     said = [words for key in differing for words in _difference(key, found[key], wanted[key])]
     named = [Path(each["scene"]).name for each in (found, wanted) if each["scene"] is not None]
     if found["digest"] == wanted["digest"]:

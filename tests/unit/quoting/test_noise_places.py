@@ -115,7 +115,7 @@ def lamp_behind_glass() -> dict[str, Any]:
 def quoted(crop: tuple[int, int, int, int] | None = None) -> NoisePlaces:
     scene = et.load_dict(lamp_behind_glass())
     cut = scene if crop is None else scene.with_(crop=crop)
-    places = et.quote(cut, error=0.001, strategy="best,sampler=sobol").places
+    places = et.quote(cut, error=0.001, strategy="mis").places
     assert places is not None
     return places
 
