@@ -10,6 +10,7 @@ from typing import Any
 
 from equaltime.cli.recorded import CHANGED, recorded_options, recorded_scene
 from equaltime.errors import ImageError
+from equaltime.rendering.core import numbers_version
 from equaltime.rendering.render_file import read_picture
 from equaltime.rendering.render_record import checked
 from equaltime.scene import Scene
@@ -45,6 +46,10 @@ class ReplaySource:
         record = checked(picture.record, path)
         if record["backend"] != "core":
             raise ImageError(f"{path}: was rendered by {record['backend']}, whose paths cannot be replayed")
+        strategy = Strategy.parse(record["strategy"])
+        if record["numbers"] != (now := numbers_version(strategy)):
+            versions = f"version {record['numbers']}, not {now}"
+            raise ImageError(f"{path}: has random numbers of {versions}, so that its paths cannot be replayed")
         chosen, most = _seed_and_samples(path, record, seed)
         left, top, width, height = record["crop"]
         x, y = pixel[0] - left, pixel[1] - top
@@ -53,7 +58,7 @@ class ReplaySource:
             most = int(picture.samples[y, x])
         return cls(
             scene=_unchanged(path, record, pixel, chosen),
-            strategy=Strategy.parse(record["strategy"]),
+            strategy=strategy,
             seed=chosen,
             without=record["without"],
             samples=most if inside else None,

@@ -39,7 +39,10 @@ _SAME = ("size", "crop", "max_depth", "strategy", "without", "replicates", "nets
 """Keys of a record that must be equal in all parts of one render, beside the scene."""
 _IN_DIGEST = {"size", "crop", "max_depth", "without"}
 _BACKGROUNDS = {True: "a transparent background", False: "an opaque background"}
-_NAMES = {"max_depth": "max depth", "without": "left out", "nets": "point sets in a pixel:", "numbers": "random numbers of version"}
+_NAMES = {
+    **{"max_depth": "max depth", "without": "left out"},
+    **{"nets": "point sets in a pixel:", "numbers": "random numbers of version"},
+}
 
 
 @dataclass(frozen=True, eq=False)

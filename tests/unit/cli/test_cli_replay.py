@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from equaltime.cli import main
 from equaltime.cli.replay import ENDS
 from equaltime.images import image_files as images
 from equaltime.rendering.brightest import Brightest
+from equaltime.rendering.render_file import RenderFile
 
 from ..scene.test_frames import KEYS, STANDING
 
@@ -377,3 +379,10 @@ def test_only_bright_samples_lead_to_advice_on_bright_dots(tmp_path: Path, capsy
 
 def test_only_a_path_that_splits_has_copies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "copy of the path" not in told_of_lamp(tmp_path, capsys, "mis", z=6)
+
+
+def test_numbers_of_another_version_are_refused(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = rendered(scene, "--strategy", "best,sampler=sobol")
+    saved = RenderFile.read(file)
+    replace(saved, record={**saved.record, "numbers": 1}).write(file)
+    assert "has random numbers of version 1, not 2, so that its paths cannot be replayed" in refused(capsys, file)
