@@ -104,8 +104,12 @@ class Session:
         self._stop = resumed.stop if job.stop is None and resumed is not None else job.stop
         biased = strategy.biased or bool(job.without)
         origin = origin_of(scene, strategy.name, biased, job.seed, REPLICATES, "core", job.without)
-        sets = {"nets": nets(scene, strategy), "second_net": second_net(scene, strategy)}
-        self._origin = replace(origin, **sets, numbers=numbers_version(strategy))
+        self._origin = replace(
+            origin,
+            nets=nets(scene, strategy),
+            second_net=second_net(scene, strategy),
+            numbers=numbers_version(strategy),
+        )
         core = scene.core  # built now if needed
         self.bytes_before = resident_bytes()
         """Resident bytes of the process after the scene was built and before the film was allocated."""

@@ -21,7 +21,6 @@ from equaltime.film.moments import (
     DTYPE,
     PARTS,
     channel_names,
-    deviations,
     packed,
     packed_moments,
     unpacked,
@@ -236,7 +235,7 @@ def test_a_file_of_format_1_is_refused_where_its_sobol_numbers_are_of_another_ve
     assert (before.record["numbers"], result.record["numbers"]) == (1, 2)
     file = RenderFile(**{**vars(before), "record": {**before.record, "build": result.record["build"]}})
     file.write(tmp_path / "a.exr")  # another machine's build is another matter
-    with pytest.raises(et.ImageError, match="cannot be resumed: it has random numbers of version 1, not 2$"):
+    with pytest.raises(et.ImageError, match=r"cannot be resumed: it has random numbers of version 1, not 2$"):
         et.render(scene, spp=10, strategy=BEST_BEFORE, resume=tmp_path / "a.exr")
 
 
