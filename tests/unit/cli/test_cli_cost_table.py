@@ -122,6 +122,11 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     assert far.headline_rule == beyond
     slow = changed(found, "best", lambda one: replace(one, ratio={**one.ratio, 0.1: replace(HUGE, note="")}))
     assert slow.headline_rule == beyond, "the time of the baseline is extrapolated"
+    several = replace(found, scenes=(found.scenes[0], far.scenes[0]))
+    assert several.headline_rule == beyond, "the answer is on both scenes"
+    unknown = changed(found, "best", lambda one: replace(one, time_to={}))
+    some = replace(found, scenes=(found.scenes[0], far.scenes[0], unknown.scenes[0]))
+    assert some.headline_rule == why, "the answer is on the first scene"
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "66")
     assert "time to 10" in printed(found, tmp_path, capsys)[1], "the only one on a narrow terminal"

@@ -355,7 +355,9 @@ class Summary(Shown):
             if one.label == scene.standard and sound(time := one.time_to.get(self.headline_target, UNKNOWN))
         ]
         compared = [pair for pair in known if sound(pair[1])] or known
-        beyond = any(number.reach > 1.0 for pair in compared for number in pair)
+        within = [pair for pair in compared if not any(number.reach > 1.0 for number in pair)]
+        # An answer on some of the scenes leaves out scenes with extrapolated times if another has none.
+        beyond = len(within) < len(compared) if len(compared) == len(self.scenes) else not within
         return f"Why {percent(self.headline_target)}: {_BEYOND if beyond else _WITHIN}."
 
     @property
