@@ -128,6 +128,7 @@ def test_a_client_that_fails_to_close_is_no_error() -> None:
     assert client.closed == 1
 
 
+@pytest.mark.filterwarnings("ignore:the cluster has no worker")  # a slow machine tells that before
 def test_a_scheduler_that_ends_leaves_what_is_finished(tmp_path: Path, here: et.Result) -> None:
     port, output = free_port(), tmp_path / "a.exr"
     address = f"tcp://127.0.0.1:{port}"
