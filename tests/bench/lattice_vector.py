@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 SMALLEST, SEARCHED, LARGEST = 2, 12, 20
 """Logarithms of sizes: those that count when a component is searched for, and to what it is continued."""
 BOUNCES = 8
-"""Vertices whose numbers are in the lattice: kCoordinateBounces of the core."""
+"""Vertices whose numbers are in the lattice: kDimensionBounces of the core."""
 FALLS = 0.8
 """The weight of a bounce, as a share of the weight of the bounce before."""
 FILE = Path(__file__).resolve().parents[2] / "cpp/equaltime/sampling/lattice_vector.h"
@@ -121,11 +121,11 @@ def header(names: Sequence[str], vector: Sequence[int]) -> str:
             "",
             "#include <cstdint>",
             "",
-            '#include "equaltime/sampling/coordinates.h"',
+            '#include "equaltime/sampling/dimensions.h"',
             "",
             "namespace equaltime::lattice {",
             "",
-            "inline constexpr std::uint32_t kVector[kCoordinates] = {",
+            "inline constexpr std::uint32_t kVector[kDimensions] = {",
             *rows,
             "};",
             "",

@@ -1,4 +1,4 @@
-// Sobol' points with hashed nested uniform (Owen) scrambling. Decisions of a path that have coordinates take those of
+// Sobol' points with hashed nested uniform (Owen) scrambling. Decisions of a path that have dimensions take those of
 // one point in many dimensions. Other decisions are padded: each has the first two dimensions, in an order of its own.
 // Indices and fractions are kept bit-reversed where that makes a step cheap; each function says so.
 #pragma once
