@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import shutil
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from equaltime.errors import ExperimentError
 from equaltime.experiments.analysis import summarise as summarising
 from equaltime.experiments.analysis.disagreement import least_error
 from equaltime.experiments.analysis.summarise import summarise
-from equaltime.experiments.model.experiment import Experiment, Question
+from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import StrategyResult, Summary
 from equaltime.experiments.report.captions import mean_of_runs, this_run
 from equaltime.experiments.report.charts import curve_titles
@@ -29,198 +26,15 @@ from equaltime.experiments.report.losing import losing
 from equaltime.experiments.report.own import other_renderers
 from equaltime.experiments.report.pictures import Pictures, load_pictures
 from equaltime.experiments.report.tables import Table, check_table, time_table
-from equaltime.experiments.report.words import facts
 from equaltime.experiments.run.folder import ExperimentFolder
 from equaltime.experiments.run.record import Row
-from equaltime.experiments.run.reference import KnownReference, read, write
-from equaltime.images.metrics import Reference, measure
-from equaltime.statistics.curves import AGAINST_SAMPLES, BETTER
+from equaltime.experiments.run.reference import KnownReference, write
+from equaltime.images.metrics import Reference
+from equaltime.statistics.curves import AGAINST_SAMPLES
 from equaltime.statistics.intervals import Interval
 from equaltime.statistics.runs import MISSING, TYPICAL
 
-Array = NDArray[np.float64]
-
-SIZE, REPEATS, TARGETS = 64, 6, (0.2, 0.1, 0.01)
-SPP = (2, 4, 8, 16, 32, 64)
-TRUTH = np.ones((SIZE, SIZE, 3))
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A strategy: its error is 1 / sqrt(spp), plus a bias; a sample takes 1 / speed seconds."""
-
-    name: str
-    speed: float = 1.0
-    bias: float = 0.0
-    heavy: bool = False
-    estimate: bool = True
-
-    def image(self, seed: int) -> list[Array]:
-        """Return the images at all checkpoints."""
-        rng = np.random.default_rng(seed)
-        shape = (SPP[-1], SIZE, SIZE, 1)
-        noise = (rng.pareto(2.2, shape) - 1.0 / 1.2) / 5.0 if self.heavy else rng.standard_normal(shape)
-        return [TRUTH * (1.0 + self.bias + noise[:spp].mean(axis=0)) for spp in SPP]
-
-
-KINDS = {
-    "naive": Kind("naive,sampler=independent", speed=0.1),
-    "best": Kind("best"),
-    "cut": Kind("best,truncate=2", speed=4.0, bias=0.2),
-    "fireflies": Kind("best,technique=bsdf", heavy=True, estimate=False),
-}
-
-
-def rows_of(label: str, kind: Kind, folder: ExperimentFolder, reference: Reference) -> list[Row]:
-    rows = []
-    for repeat in range(REPEATS):
-        pictures = kind.image(1000 * list(KINDS).index(label) + repeat)
-        path = folder.image("box", label, repeat)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.save(path, pictures[-1].astype(np.float32))
-        drift = 1.0 + 0.02 * repeat
-        for number, (spp, picture) in enumerate(zip(SPP, pictures, strict=True)):
-            last = number == len(SPP) - 1
-            rows.append(
-                Row(
-                    scene="box",
-                    digest="abc",
-                    width=SIZE,
-                    height=SIZE,
-                    crop=(0, 0, SIZE, SIZE),
-                    max_depth=8,
-                    strategy=label,
-                    name=kind.name,
-                    renderer="core",
-                    biased="truncate" in kind.name,
-                    repeat=repeat,
-                    seed=repeat,
-                    checkpoint=number,
-                    spp=spp,
-                    wall_s=drift * spp / kind.speed,
-                    cpu_s=2.0 * spp,
-                    setup_s=0.1,
-                    threads=2,
-                    paths=None,
-                    rays=None,
-                    shadow_rays=None,
-                    relmse=measure(picture, reference, ["relmse"])["relmse"].value,
-                    mse=None,
-                    mare=None,
-                    flip=None,
-                    reference_relmse=reference.relmse,
-                    estimate=spp**-0.5 if kind.estimate else None,
-                    estimate_low=0.9 * spp**-0.5 if kind.estimate else None,
-                    estimate_high=1.1 * spp**-0.5 if kind.estimate else None,
-                    last=last,
-                    image=path.relative_to(folder.path).as_posix() if last else None,
-                    machine="m",
-                    build="b",
-                    started="2024-01-01T00:00:00Z",
-                )
-            )
-    return rows
-
-
-def experiment(labels: tuple[str, ...] = tuple(KINDS), baseline: str = "naive") -> Experiment:
-    scene = {"name": "box", "path": "box.toml"}
-    strategies = [{"label": label, "strategy": "best"} for label in labels]
-    return Experiment.model_validate(
-        {"scenes": [scene], "strategies": strategies, "baseline": baseline, "targets": list(TARGETS), "budget": 20.0}
-    )
-
-
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Row]]:
-    folder = ExperimentFolder(tmp_path_factory.mktemp("cost"))
-    rng = np.random.default_rng(99)
-    halves = (TRUTH + 0.01 * rng.standard_normal(TRUTH.shape), TRUTH + 0.01 * rng.standard_normal(TRUTH.shape))
-    reference = Reference(0.5 * (halves[0] + halves[1]), np.full(TRUTH.shape, 0.5e-4), halves)
-    write(folder.reference("box"), KnownReference(reference, {}))
-    return folder.path, [row for label, kind in KINDS.items() for row in rows_of(label, kind, folder, reference)]
-
-
-@pytest.fixture(scope="module")
-def summary(recorded: tuple[Path, list[Row]]) -> Summary:
-    return summarise(experiment(), recorded[1], recorded[0])
-
-
-@pytest.fixture(scope="module")
-def strategies(summary: Summary) -> Mapping[str, StrategyResult]:
-    return {strategy.label: strategy for strategy in summary.scenes[0].strategies}
-
-
-def test_a_first_image_that_takes_longer_than_the_budget_is_told(recorded: tuple[Path, list[Row]]) -> None:
-    folder, rows = recorded
-    first = {label: np.mean([row.wall_s for row in rows if row.strategy == label and row.spp == 2]) for label in KINDS}
-    budget = 0.5 * first["naive"]
-    (scene,) = summarise(experiment().replace(budget=float(budget)), rows, folder).scenes
-    late = {strategy.label: strategy.late for strategy in scene.strategies if strategy.late is not None}
-    assert late == {label: pytest.approx(time) for label, time in first.items() if time > 1.1 * budget}
-    assert "naive" in late
-    assert "cut" not in late
-    for strategy in scene.strategies:
-        told = any("longer than the budget" in note for note in strategy.notes)
-        assert told == (strategy.label in late)
-    assert not any(one.late for one in summarise(experiment(), rows, folder).scenes[0].strategies)
-
-
-def test_runs_that_do_not_end_at_the_equal_time_are_told_with_their_median_and_range(
-    recorded: tuple[Path, list[Row]], summary: Summary
-) -> None:
-    (scene,) = summary.scenes
-    best = next(one for one in scene.strategies if one.label == "best")
-    assert best.run_seconds == tuple(row.wall_s for row in recorded[1] if row.strategy == "best" and row.last)
-    assert scene.other_end(best) == np.median(best.run_seconds)
-    assert scene.other_ends.startswith("runs did not end at the equal time of 20 s (median, range): naive after ")
-    assert "best after 67 s (64 to 70)" in scene.other_ends
-    assert f" Note: {scene.other_ends}." in facts(scene)
-    near = replace(scene, strategies=tuple(replace(one, run_seconds=(20.5, 21.0, 20.0)) for one in scene.strategies))
-    assert (near.other_ends, near.other_end(near.strategies[0])) == ("", None)
-
-
-def test_a_first_run_that_had_too_little_of_its_processors_is_told(
-    recorded: tuple[Path, list[Row]], summary: Summary
-) -> None:
-    first = {row.strategy: row for row in recorded[1] if row.last and row.repeat == 0}
-    (scene,) = summary.scenes
-    for one in scene.strategies:
-        row = first[one.label]
-        assert one.first_share == pytest.approx(row.cpu_s / (row.wall_s * row.threads))
-    even = replace(scene, strategies=tuple(replace(one, first_share=0.95) for one in scene.strategies))
-    assert " All runs take the samples of the first one. Errors" in even.other_ends
-    best = next(one for one in even.strategies if one.label == "best")
-    for changed, told in ((replace(best, run_seconds=(20.0,) * 3), False), (best, True)):
-        slow = replace(changed, first_share=0.47)
-        others = tuple(one for one in even.strategies if one is not best)
-        said = replace(even, strategies=(*others, slow)).other_ends
-        assert (" of the first one, which had as little as 47 % of its processors. " in said) is told
-
-
-def test_what_strategies_decided_by_themselves_is_told(summary: Summary) -> None:
-    (scene,) = summary.scenes
-    assert scene.decisions == ""
-    best = next(one for one in scene.strategies if one.label == "best")
-    even, uneven = "roulette=efficiency,adaptive=none", "roulette=efficiency,adaptive=error"
-    small = replace(best, decided=("roulette=throughput",) * 3)
-    split = replace(best, decided=(even, uneven, even), splitting=(0.71, 0.8, 0.75))
-    counts = replace(best, decided=("adaptive=none",))
-    for changed, told in (
-        (
-            small,
-            "roulette=throughput in 3 runs; splitting was not tried: the picture is small, or the technique has no "
-            "pilot",
-        ),
-        (
-            split,
-            f"{even} in 2 runs and {uneven} in 1 run; by its pilots, splitting paths multiplies variance times rays "
-            "by 0.71 to 0.8",
-        ),
-        (counts, "adaptive=none in 1 run"),
-    ):
-        found = replace(scene, strategies=(changed,))
-        assert found.decisions == f"best decided by itself: {told}"
-        assert facts(found).endswith(f" {found.decisions}.")
+from .made_up_records import KINDS, REPEATS, SIZE, SPP, TARGETS, TRUTH, changed, experiment
 
 
 def test_the_summary_has_the_scene_and_its_strategies_in_order(summary: Summary) -> None:
@@ -471,14 +285,6 @@ def test_heavy_tails_are_marked_in_every_number(strategies: Mapping[str, Strateg
     assert all(TYPICAL in number.note for number in fireflies.time_to.values())
 
 
-def changed(rows: list[Row], label: str, **values: Callable[[Row], object]) -> list[Row]:
-    """Return the rows with some numbers of one strategy changed."""
-    return [
-        replace(row, **{name: change(row) for name, change in values.items()}) if row.strategy == label else row
-        for row in rows
-    ]
-
-
 def test_what_renders_said_is_joined_as_what_they_did(recorded: tuple[Path, list[Row]]) -> None:
     """The mean of five errors of 1 % and one of 13 % is 3 %; the root of their mean square is 5.4 %."""
     folder, rows = recorded
@@ -500,17 +306,6 @@ def test_what_renders_doubt_is_doubted_of_all_together(recorded: tuple[Path, lis
     unsure = changed(rows, "best", doubt=lambda row: "heavy tail" if row.repeat in (1, 4) else None)
     said = summarise(experiment(), unsure, folder).scenes[0].strategies[1].curve.own_estimate
     assert all((one.trusted, one.bound, one.note) == (False, "low", "2 of 6 renders: heavy tail") for one in said)
-
-
-def test_repeats_without_a_common_count_are_left_out_and_said_to_be(recorded: tuple[Path, list[Row]]) -> None:
-    folder, rows = recorded
-    apart = changed(rows, "best", spp=lambda row: 100 * row.repeat + row.spp)
-    (scene,) = summarise(experiment(), apart, folder).scenes
-    assert [strategy.label for strategy in scene.strategies] == ["naive", "cut", "fireflies"]
-    assert scene.left_out == (("best", "its repeats have no sample count in common, so that they cannot be joined"),)
-    alone = [row for row in apart if row.strategy == "best"]
-    with pytest.raises(ExperimentError, match="box: its repeats have no sample count in common"):
-        summarise(experiment(("best",), "best"), alone, folder)
 
 
 def test_images_are_those_of_the_first_repeat(strategies: Mapping[str, StrategyResult]) -> None:
@@ -569,103 +364,3 @@ def test_the_verdict_is_one_sentence_with_intervals(summary: Summary) -> None:
     fastest, own = fastest.split(" fireflies needs ")
     assert re.fullmatch(r"to 20 % in typical runs: fireflies, [\d.]+ s \([^)]*\)\.", fastest)
     assert re.fullmatch(r"[\d.]+ times less time than naive \([^)]*\) for 20 %, in typical runs\.", own)
-
-
-def test_runs_that_have_not_ended_do_not_count(recorded: tuple[Path, list[Row]]) -> None:
-    folder, rows = recorded
-    torn = [row for row in rows if not (row.strategy == "best" and row.repeat == 5 and row.last)]
-    best = summarise(experiment(), torn, folder).scenes[0].strategies[1]
-    assert best.repeats == 5
-
-
-def test_without_images_and_references_the_curves_remain(recorded: tuple[Path, list[Row]], tmp_path: Path) -> None:
-    summary = summarise(experiment(), recorded[1], tmp_path)
-    best = summary.scenes[0].strategies[1]
-    assert best.bias is None
-    assert best.time_to[0.2].trusted
-    assert summary.scenes[0].reference_error > 0.0
-
-
-def test_two_repeats_are_said_to_be_too_few(recorded: tuple[Path, list[Row]]) -> None:
-    folder, rows = recorded
-    summary = summarise(experiment(), [row for row in rows if row.repeat < 2], folder)
-    best = summary.scenes[0].strategies[1]
-    assert not best.time_to[0.2].trusted
-    assert any("too few repeats for intervals: 2" in note for note in best.notes)
-    assert "No time to a given error can be trusted" in summary.verdict
-
-
-def test_errors_against_a_black_reference_are_infinite_and_told_without_warnings(
-    recorded: tuple[Path, list[Row]],
-) -> None:
-    folder, rows = recorded
-    endless = [replace(row, relmse=math.inf) for row in rows]
-    best = summarise(experiment(), endless, folder).scenes[0].strategies[1]
-    assert not best.time_to[0.2].known
-
-
-def test_a_reference_with_a_heavy_tail_is_told_and_another_one_is_not(
-    recorded: tuple[Path, list[Row]], tmp_path: Path
-) -> None:
-    folder, rows = recorded
-    copied = ExperimentFolder(Path(shutil.copytree(folder, tmp_path / "copy")))
-    known = read(copied.reference("box")).reference
-
-    def notes(firefly: float) -> tuple[str, ...]:
-        variance = known.variance.copy()
-        variance[3, 4] *= firefly
-        write(copied.reference("box"), KnownReference(Reference(known.mean, variance, known.halves), {}))
-        return summarise(experiment(), rows, copied.path).verdict_notes
-
-    doubtful = notes(1e3)
-    assert doubtful[0].startswith("The reference of box (stated error ")
-    assert " has a heavy tail too: one pixel makes much of the stated error, and light may be missing." in doubtful[0]
-    assert BETTER in doubtful[0]
-    assert doubtful[1:] == notes(1.0)
-
-
-def test_a_reference_whose_time_ended_early_is_told_with_the_time_that_would_do(
-    recorded: tuple[Path, list[Row]], tmp_path: Path
-) -> None:
-    """If its error exceeds a third of the smallest target: 1 % here."""
-    folder, rows = recorded
-    copied = ExperimentFolder(Path(shutil.copytree(folder, tmp_path / "copy")))
-
-    def notes(error: float, command: str = "equaltime cost box.toml") -> tuple[str, ...]:
-        facts = {"box": {"error": error, "error_wanted": 0.005, "seconds": 60.0, "seconds_allowed": 60.0}}
-        copied.provenance.write_text(json.dumps({"references": facts, "sessions": {"1": {"command": command}}}))
-        return summarise(experiment(), rows, copied.path).verdict_notes
-
-    *others, told = notes(0.014)
-    assert told == (
-        "The reference of box has an error of 1.4 %, where 0.5 % was wanted: its time ended. It widens the "
-        "intervals of small errors; about 7.83 min would do (reference.seconds of an experiment file)."
-    )
-    assert notes(0.005) == notes(0.014, "equaltime cost box.toml --quick") == tuple(others)
-    larger = experiment().replace(targets=(0.1, 0.05))
-    for error, ends in ((0.014, False), (0.02, True)):  # a third of 5 % is 1.7 %
-        notes(error)
-        told = summarise(larger, rows, copied.path).verdict_notes[0]
-        assert told.startswith("The reference of box has an error of 2 %, where 0.5 % was wanted") == ends
-        said = "about 16 min would do, and 86 s for a third of the smallest target (reference.seconds of an experiment "
-        assert (said in told) == ends
-
-
-def test_a_busy_machine_is_told_by_the_share_of_the_processors_that_runs_had(recorded: tuple[Path, list[Row]]) -> None:
-    folder, rows = recorded
-
-    def notes(share: float, renderer: str = "core", shorter: float = 1.0) -> str:
-        found = [
-            replace(
-                row, renderer=renderer, wall_s=shorter * row.wall_s, cpu_s=share * shorter * row.wall_s * row.threads
-            )
-            for row in rows
-        ]
-        return " ".join(summarise(experiment(), found, folder).verdict_notes)
-
-    said = "The machine was busy: runs had 61 % of their processors, in the median. Times are too long"
-    assert said in notes(0.612)
-    for told in (notes(0.81), notes(0.3, renderer="command"), notes(0.3, shorter=1e-6)):
-        assert "busy" not in told
-    one_of_many = [replace(row, cpu_s=(0.3 if row.repeat == 0 else 0.97) * row.wall_s * row.threads) for row in rows]
-    assert "busy" not in " ".join(summarise(experiment(), one_of_many, folder).verdict_notes), "one run is no machine"

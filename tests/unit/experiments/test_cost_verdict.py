@@ -11,63 +11,17 @@ import numpy as np
 import pytest
 
 from equaltime.experiments.analysis import winners
-from equaltime.experiments.analysis.sentences import LONGEST
 from equaltime.experiments.analysis.verdict import headline_target, pick_standard
 from equaltime.experiments.analysis.verdict import verdict as answer_of
-from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import SceneResult, StrategyResult, Summary
 from equaltime.experiments.report.looks import looks
 from equaltime.experiments.report.tables import geometric_mean, time_table
 from equaltime.experiments.report.words import factor_cell, plain_cell, seconds_cell
-from equaltime.statistics.curves import BELOW, ERROR_OF, TOO_NOISY
+from equaltime.statistics.curves import BELOW
 from equaltime.statistics.intervals import TOO_WIDE, UNKNOWN, Interval, product_mean
 from equaltime.statistics.runs import MISSING, TYPICAL
 
-from .fake_summary import curve
-
-TARGETS = (0.1, 0.05)
-TIME = Interval(0.5, 0.4, 0.6)
-FAR = Interval(2.0, 1.5, 2.5, reach=3.0).noted("extrapolated 3 times beyond the longest run")
-RATIO = Interval(30.0, 25.0, 36.0)
-FAR_RATIO = replace(RATIO, reach=90.0).noted("baseline: extrapolated 90 times beyond the longest run by slope -1/2")
-AT_LEAST = FAR_RATIO.bounded("low", "baseline: heavy tail")
-
-
-def strategy(label: str, times: tuple[Interval, ...], ratios: tuple[Interval, ...], gain: Interval) -> StrategyResult:
-    return StrategyResult(
-        label=label,
-        name=label,
-        renderer="core",
-        biased=False,
-        repeats=6,
-        curve=curve(0.1),
-        time_to=dict(zip(TARGETS, times, strict=True)),
-        ratio=dict(zip(TARGETS, ratios, strict=True)),
-        efficiency=gain,
-        error_at_budget=UNKNOWN,
-        fewer_samples=UNKNOWN,
-        equality_p=None,
-        bias=None,
-        notes=(),
-        image=None,
-    )
-
-
-def scene(times: tuple[Interval, ...], ratios: tuple[Interval, ...], efficiency: Interval = UNKNOWN) -> SceneResult:
-    nothing = (UNKNOWN, UNKNOWN)
-    strategies = (strategy("naive", nothing, nothing, UNKNOWN), strategy("best", times, ratios, efficiency))
-    return SceneResult("box", "abc", (8, 8), 8, 0.01, "naive", "best", 1.0, strategies)
-
-
-def verdict(scenes: Sequence[SceneResult], targets: Sequence[float], question: Question = "time") -> str:
-    """Return the verdict with all of its notes."""
-    found = answer_of(scenes, targets, question)
-    assert len(found.text) <= LONGEST
-    return " ".join((found.text, *found.notes))
-
-
-def said(*arguments: tuple[Interval, ...], efficiency: Interval = UNKNOWN) -> str:
-    return verdict([scene(*arguments, efficiency=efficiency)], TARGETS)
+from .fake_verdict import AT_LEAST, FAR, FAR_RATIO, RATIO, TARGETS, TIME, said, scene, verdict
 
 
 def test_the_answer_is_a_plain_sentence_with_its_interval() -> None:
@@ -168,40 +122,6 @@ def test_scenes_of_which_something_is_known_are_counted_and_a_single_one_is_name
     assert two.endswith(" it is up to 90 times its longest run.")
 
 
-def test_the_scenes_that_the_answer_leaves_out_have_a_sentence_in_it() -> None:
-    lacking = (UNKNOWN, UNKNOWN)
-    box, dark = scene((TIME, TIME), (RATIO, RATIO)), replace(scene(lacking, lacking), name="dark")
-    hall = replace(scene(lacking, lacking, efficiency=Interval(33.0, 32.0, 35.0)), name="hall")
-    room = replace(scene(lacking, lacking, efficiency=Interval(33.0, 32.0, 35.0)), name="room")
-
-    def told(*others: SceneResult) -> str:
-        return answer_of([box, *others], TARGETS).text.partition("500 ms (400 to 600). ")[2]
-
-    assert told() == ""
-    gain = "a typical run of best needs about 33 times less time than one of naive"
-    assert told(hall) == f"On hall, for the error at its end, {gain} (32 to 35)."
-    assert told(hall, room).startswith(f"On 2 other scenes (geometric mean), for the error at its end, {gain} (")
-    assert told(dark) == "On dark, no speed-up is known: these runs cannot tell."
-    assert told(hall, dark).endswith("(32 to 35). On dark, no speed-up is known: these runs cannot tell.")
-    assert told(dark, replace(dark, name="cave")) == "On 2 other scenes, no speed-up is known: these runs cannot tell."
-
-
-@pytest.mark.parametrize(
-    ("time", "ratio", "why"),
-    [
-        (UNKNOWN.doubted(f"{ERROR_OF} 2.61 %{TOO_NOISY}"), UNKNOWN, "the reference is too noisy"),
-        (UNKNOWN.doubted(BELOW), UNKNOWN, "the reference is too noisy"),
-        (TIME.bounded("low", MISSING), UNKNOWN, "images may lack light"),
-        (Interval(math.inf, 60.0, math.inf), UNKNOWN, "best does not reach 5 %"),
-        (TIME, AT_LEAST, "there is only a limit"),
-    ],
-)
-def test_a_scene_without_a_speed_up_has_the_reason_in_a_few_words(time: Interval, ratio: Interval, why: str) -> None:
-    other = replace(scene((time, time), (ratio, ratio)), name="dark")
-    answer = answer_of([scene((TIME, TIME), (RATIO, RATIO)), other], TARGETS)
-    assert f" On dark, no speed-up is known: {why}." in answer.text
-
-
 def test_of_times_on_several_scenes_those_that_are_extrapolated_are_named() -> None:
     near, far = scene((UNKNOWN, TIME), (UNKNOWN, RATIO)), scene((UNKNOWN, FAR), (UNKNOWN, RATIO))
     said = ": 5 % error in 500 ms (400 to 600) on box to 2 s (1.5 to 2.5) on hall, extrapolated"
@@ -238,32 +158,6 @@ def test_a_measured_gain_comes_before_a_limit_of_another_scene() -> None:
     assert "limit" not in verdict([scene((TIME, TIME), (RATIO, RATIO))], TARGETS)
 
 
-def test_a_baseline_without_roulette_is_told_where_paths_hardly_end() -> None:
-    """As the only strategy of its kind: beside mis with roulette, a reader sees both."""
-    box = scene((TIME, TIME), (RATIO, RATIO))
-    naive, best = box.strategies
-    mis = replace(naive, label="mine", name="mis")
-    plain = replace(box, baseline="mine", strategies=(mis, best))
-    told = (
-        "mine has no Russian roulette, and paths on box may be longer than 64: they go on until nearly black. Gains "
-        "over mine there may come from roulette. mis,roulette=throughput is the fairer baseline."
-    )
-    for depth in (-1, 65):
-        assert told in answer_of([replace(plain, max_depth=depth)], TARGETS).notes
-    endless = replace(plain, max_depth=-1)
-    assert told in answer_of([replace(endless, max_depth=64, name="lit"), endless], TARGETS).notes
-    assert told in answer_of([endless], TARGETS, "samples").notes
-    with_roulette = replace(naive, label="other", name="mis,roulette=throughput")
-    for other in (
-        replace(plain, max_depth=64),
-        replace(box, max_depth=-1),
-        replace(endless, strategies=(*endless.strategies, with_roulette)),
-        replace(endless, strategies=(replace(mis, renderer="mitsuba"), best)),
-        replace(endless, strategies=(mis, replace(best, name="best,roulette=none"))),
-    ):
-        assert "roulette" not in verdict([other], TARGETS)
-
-
 def test_a_limit_says_that_the_baseline_may_have_met_too_little_light() -> None:
     unlit = FAR_RATIO.bounded("low", f"baseline: {MISSING}")
     assert "best is at least 25 times faster than naive (samples of naive may have met too little light): " in said(
@@ -273,37 +167,6 @@ def test_a_limit_says_that_the_baseline_may_have_met_too_little_light() -> None:
 
 def test_a_ratio_whose_upper_end_alone_is_sound_is_not_said() -> None:
     assert "cannot be told" in said((TIME, TIME), (RATIO.bounded("high", "heavy"), UNKNOWN))
-
-
-def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
-    heavy = FAR.bounded("low", "heavy tail: a pixel")
-    answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
-    assert answer.startswith(
-        "On box, for the error that best has after 2 s (measured 7.07 %), a typical run of best needs about 800 times "
-        "less time than one of naive (300 to 2,000), if the error of naive goes on to fall as 1/sqrt(time). "
-        "No time to a given error can be trusted: "
-    )
-    assert "heavy tail" in answer
-    assert "e+" not in answer
-
-
-def test_a_gain_at_the_end_of_the_runs_is_told_with_the_time_at_which_they_ended() -> None:
-    found = scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
-    points = replace(curve(0.1), seconds=(Interval(0.52, 0.4, 0.7),), error=(Interval(0.233, 0.2, 0.3),))
-    equal = Interval(0.16, 0.15, 0.17, reach=1.9).noted("extrapolated 1.9 times beyond the longest run")
-    early = replace(
-        found,
-        strategies=tuple(
-            replace(one, run_seconds=(0.9, 0.4, 0.41, 0.39, 0.5), curve=points, error_at_budget=equal)
-            for one in found.strategies
-        ),
-    )
-    assert "that best has after 520 ms (measured 23.3 %), a typical run" in verdict([early], TARGETS), "not at 1 s"
-    hidden = replace(points, error=(UNKNOWN,))
-    unknown = replace(early, strategies=tuple(replace(one, curve=hidden) for one in early.strategies))
-    assert "that best has after 520 ms, a typical run" in verdict([unknown], TARGETS)
-    other = replace(found, name="hall")
-    assert "for the error that best has at the end of its runs, a typical" in verdict([early, other], TARGETS)
 
 
 def test_of_typical_runs_the_sentence_says_so() -> None:
@@ -356,15 +219,6 @@ def test_a_time_without_a_ratio_stands_alone() -> None:
     )
 
 
-def test_the_gain_is_said_to_grow_where_the_error_of_the_standard_falls_faster_than_the_law() -> None:
-    grows = "The error of best falls faster than 1/sqrt(time), so the gain is larger for smaller errors."
-    found = scene((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO)
-    naive, best = found.strategies
-    steep = replace(best, curve=replace(best.curve, slope=Interval(-0.7, -0.75, -0.65)))
-    assert grows in answer_of([replace(found, strategies=(naive, steep))], TARGETS).notes
-    assert grows not in answer_of([found], TARGETS).notes, "-0.52 to -0.48"
-
-
 def test_speed_ups_of_typical_runs_and_of_mean_errors_have_no_common_mean() -> None:
     """The first are medians over pairs of runs, the others ratios of the times of root mean squares."""
     typical = (Interval(2.7, 1.6, 8.9).noted(TYPICAL), RATIO.noted(TYPICAL))
@@ -383,23 +237,6 @@ def test_speed_ups_of_typical_runs_and_of_mean_errors_have_no_common_mean() -> N
     assert mean is not None
     assert mean.note == "speed-ups of typical runs and of mean errors have no common mean"
     assert geometric_mean(replace(shown, scenes=tuple(alike)), "best", 0.05) == product_mean(typical[:1] * 2)
-
-
-def test_a_mean_error_that_says_the_opposite_of_typical_runs_is_told_in_the_answer() -> None:
-    typical = Interval(2.7, 1.6, 8.9).noted(TYPICAL)
-    found = scene((TIME, TIME), (typical, typical))
-    naive, best = found.strategies
-
-    def told(error: float, reach: float = 1.0) -> str:
-        errors = (Interval(0.114, 0.08, 0.3, reach=reach), Interval(error, 0.04, 0.5))
-        strategies = [replace(one, error_at_budget=e) for one, e in zip((naive, best), errors, strict=True)]
-        return answer_of([replace(found, strategies=tuple(strategies))], TARGETS).text
-
-    assert told(0.165).endswith(
-        "in typical runs; over all runs, the measured error at equal time is 1.45 times larger."
-    )
-    assert told(0.165, reach=1.2).endswith("the extrapolated error at equal time is 1.45 times larger.")
-    assert "over all runs" not in told(0.08)
 
 
 def test_numbers_of_no_use_are_left_out_of_the_sentence() -> None:
