@@ -1,5 +1,5 @@
-// Sobol' points with hashed nested uniform (Owen) scrambling. Decisions of a path that have dimensions take those of
-// one point in many dimensions. Other decisions are padded: each has the first two dimensions, in an order of its own.
+// Sobol' points with hashed nested uniform (Owen) scrambling. Decisions with dimensions (sampling/dimensions.h) share
+// one point of many dimensions. Other decisions are padded: each has the first two dimensions, in an order of its own.
 // Indices and fractions are kept bit-reversed where that makes a step cheap; each function says so.
 #pragma once
 
@@ -12,8 +12,7 @@
 namespace equaltime::sobol {
 
 /// Nested uniform scrambling of a bit-reversed fraction (Laine & Karras 2011; constants: Vegdahl 2021).
-template <class U>
-EQUALTIME_INLINE constexpr U scramble_reversed(U x, U seed) noexcept {
+EQUALTIME_INLINE constexpr std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) noexcept {
   x ^= x * 0x3d20adeaU;
   x += seed;
   x *= (seed >> 16) | 1U;

@@ -81,7 +81,7 @@ def test_a_loss_by_rare_samples_is_told_although_no_block_shows_it() -> None:
     first, _, second = told.partition(" Over the whole picture ")
     assert first.startswith("Nowhere worse than mis beyond chance, ")
     assert second.startswith("its measured error is ")
-    assert second.endswith("blocks where it is within chance, such as by rare bright samples.")
+    assert second.endswith("blocks where it may be chance, as where rare bright samples fell.")
     assert "whole picture" not in ratio_sentence(losses(squares(runs(13, truth), truth), plain), "mis")
 
 
