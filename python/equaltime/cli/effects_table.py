@@ -55,9 +55,9 @@ _SHARES = {
 def print_effects(found: PriceList, name: str, command: str, verbose: bool, softens: str = "") -> None:
     """Print which effects (features such as media) make the scene ``name`` slow, and which could be left out.
 
-    ``command`` renders the scene, and gets the option that leaves an effect out. ``softens`` is the option that gives
-    the scene a larger sun; empty if there is none. The output has at most `MOST_LINES` lines, unless ``verbose`` asks
-    for all numbers.
+    ``command`` renders the scene, and gets the option that leaves an effect out. ``softens`` is the option for a larger
+    sun, or empty if the scene has none. The output has at most `MOST_LINES` lines, unless ``verbose`` asks for all
+    numbers.
     """
     console = plain_console()
     for line in (_answer(found, name, softens), _proposal(found, command)):

@@ -69,7 +69,7 @@ def _repeat(path: Path, tags: Mapping[str, str]) -> _Repeat:
     converted = background is not None or (is_jpeg and record["transparent"])  # which render does not write
     picture = new_name(path)
     named = picture.with_suffix(".exr") if record["sources"] or converted else picture  # only an EXR can be merged
-    shown = record if named == picture else {**record, "exposure": None}  # that of the EXR is not known
+    shown = record if named == picture else {**record, "exposure": None}  # the EXR may have another
     lines = [*repeating(named, shown, verbose=False, changed=changed)]
     if converted:
         words = [

@@ -216,7 +216,7 @@ def _has_soft_sun(result: Result) -> bool:
 
 
 def softer_sun(scene: Scene) -> str:
-    """Return the option that gives the scene's sun a larger angle; empty if the sun is none of this program."""
+    """Return the option that makes the scene's sun larger; empty unless this program added the sun."""
     told = any("-D sun_angle=" in warning for warning in scene.warnings)  # of a sun added to a glTF file
     return _LARGER_SUN if told or _soft_sun(str(scene.source or ""), scene.defines) else ""
 

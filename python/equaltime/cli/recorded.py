@@ -140,8 +140,8 @@ def recorded_exposure(record: Mapping[str, Any]) -> Iterator[str]:
 def copied_scene(record: Mapping[str, Any], picture: Path) -> Mapping[str, Any] | None:
     """Return the record with a copy of its scene's file in place of that file; None if there is no copy.
 
-    A copy lies beside the ``picture`` or in the working directory, and has the content of the record. Its name is that
-    of the recorded file. It may also be that of either file with the suffix of a text file.
+    A copy lies beside the ``picture`` or in the working directory, and has the content of the record. It has the name
+    of the recorded file, or this name or the picture's with ``.toml`` or ``.xml``.
     """
     if record["scene"] is None:
         return None

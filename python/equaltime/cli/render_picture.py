@@ -77,7 +77,7 @@ class Order:
     without: Sequence[str]
     within: float | None
     exposure: Exposure | None
-    """Exposure of the preview; None keeps that of the render that is resumed, and is automatic without one."""
+    """Exposure of the preview. With None, a resumed render keeps its exposure, and a new one is automatic."""
     aov: Set[AovPicture]
     """Further pictures to write beside the image, such as ``variance``."""
     resume: bool

@@ -180,8 +180,8 @@ def _elsewhere(found: Losses, baseline: str) -> str:
     if not (larger or smaller):
         return ""
     return (
-        f" Over the whole picture its measured error is {_times(found.whole)} that of {baseline}: most of the "
-        "difference comes from blocks where it is within chance, such as by rare bright samples."
+        f" Over the whole picture its measured error is {_times(found.whole)} that of {baseline}. Most of the "
+        "difference lies in blocks where it may be chance, as where rare bright samples fell."
     )
 
 
