@@ -12,7 +12,7 @@
 #include "equaltime/base/lanes.h"
 #include "equaltime/base/optional.h"
 #include "equaltime/bsdfs/facets.h"
-#include "equaltime/lights/area_lights.h"
+#include "equaltime/lights/flat_light.h"
 #include "equaltime/math/numeric.h"
 #include "equaltime/math/point.h"
 #include "equaltime/math/spectrum.h"
@@ -197,13 +197,6 @@ inline BsdfSample<Floats> select(const Truths& first, const BsdfSample<Floats>& 
                                  const BsdfSample<Floats>& b) noexcept {
   return {select(first, a.wi, b.wi), select(first, a.weight, b.weight), select(first, a.pdf, b.pdf),
           select(first, a.delta, b.delta), select(first, a.eta_scale, b.eta_scale)};
-}
-inline ViewPoint<Floats> select(const Truths& first, const ViewPoint<Floats>& a, const ViewPoint<Floats>& b) noexcept {
-  return {select(first, a.point, b.point), select(first, a.solid_angle, b.solid_angle)};
-}
-inline SphereDirection<Floats> select(const Truths& first, const SphereDirection<Floats>& a,
-                                      const SphereDirection<Floats>& b) noexcept {
-  return {select(first, a.local, b.local), select(first, a.along, b.along), select(first, a.pdf, b.pdf)};
 }
 template <class T>
 Optional<T> select(const Truths& first, const Optional<T>& a, const Optional<T>& b) noexcept {

@@ -14,8 +14,8 @@ namespace random_scene {
 
 using namespace equaltime;
 
-using AnyLight = std::variant<TriangleLight<float>, RectangleLight<float>, SphereLight<float>, DiskLight<float>,
-                              PointLight<float>, SpotLight, CylinderLight>;
+using AnyLight = std::variant<TriangleLight<float>, RectangleLight<float>, SphereLight, DiskLight, PointLight<float>,
+                              SpotLight, CylinderLight>;
 
 struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}
@@ -79,8 +79,8 @@ inline Optional<LightSample<float>> sampled(const AnyLight& light, Vec3f receive
   if (const auto* cylinder = std::get_if<CylinderLight>(&light)) return cylinder->sample(receiver, u, 1);
   if (const auto* triangle = std::get_if<TriangleLight<float>>(&light)) return triangle->sample(receiver, u, 1);
   if (const auto* rectangle = std::get_if<RectangleLight<float>>(&light)) return rectangle->sample(receiver, u, 1);
-  if (const auto* sphere = std::get_if<SphereLight<float>>(&light)) return sphere->sample(receiver, u, 1);
-  return std::get<DiskLight<float>>(light).sample(receiver, u, 1);
+  if (const auto* sphere = std::get_if<SphereLight>(&light)) return sphere->sample(receiver, u, 1);
+  return std::get<DiskLight>(light).sample(receiver, u, 1);
 }
 
 }  // namespace random_scene

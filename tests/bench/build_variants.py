@@ -40,7 +40,7 @@ VARIANTS = {
     "v3": Variant({"EQUALTIME_ISA": "v3"}),
     "v4": Variant({"EQUALTIME_ISA": "v4"}),
     "one-kernel": Variant(ONE_ROW),
-    "near-lights": Variant({}, [("cpp/equaltime/lights/area_lights.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
+    "near-lights": Variant({}, [("cpp/equaltime/lights/flat_light.h", r"(kNearSquared) = 1;", r"\1 = 4;")]),
     "fast-rays": Variant({}, [FAST_RAYS]),
     "float-hits": Variant({}, [FLOAT_HITS]),
     "squared-mis": Variant({}, [SQUARED_MIS]),

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "equaltime/base/effects.h"
-#include "equaltime/lights/area_lights.h"
+#include "equaltime/lights/flat_light.h"
 #include "equaltime/sampling/image_distribution.h"
 
 namespace equaltime {

@@ -4,16 +4,17 @@
 #include <vector>
 
 #include "equaltime/base/type_list.h"
-#include "equaltime/lights/area_lights.h"
 #include "equaltime/lights/cylinder_light.h"
+#include "equaltime/lights/disk_light.h"
+#include "equaltime/lights/sphere_light.h"
 #include "equaltime/lights/textured_area_light.h"
 #include "equaltime/math/motion.h"
 #include "equaltime/scene/instance.h"
 
 namespace equaltime {
 
-using AreaLights = TypeList<TriangleLight<float>, SphereLight<float>, DiskLight<float>, CylinderLight,
-                            TexturedRectangle, TexturedTriangle, RectangleLight<float>>;
+using AreaLights = TypeList<TriangleLight<float>, SphereLight, DiskLight, CylinderLight, TexturedRectangle,
+                            TexturedTriangle, RectangleLight<float>>;
 using AreaLight = AreaLights::Variant;
 
 struct MovingLights {

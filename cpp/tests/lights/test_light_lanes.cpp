@@ -13,7 +13,6 @@ using namespace random_scene;
 template <class Real>
 struct Case {
   Vec3<Double<Real>> at, x, y;
-  Double<Real> radius;
   Mask<Real> turned;
   Rgb<Real> radiance;
   Vec3<Real> receiver, wi, point;
@@ -32,7 +31,6 @@ Case<float> random_case(Random& random) {
   return {at,
           x,
           y,
-          random.in(0.1, 2),
           random.engine() % 2 == 0,
           {number(0, 1), number(0, 1), number(0, 1)},
           receiver,
@@ -44,7 +42,7 @@ Case<float> random_case(Random& random) {
 
 void set_lane(Case<Floats>& wide, std::size_t i, const Case<float>& one) {
   set_lane(wide.at, i, one.at), set_lane(wide.x, i, one.x), set_lane(wide.y, i, one.y);
-  wide.radius[i] = one.radius, wide.turned[i] = one.turned;
+  wide.turned[i] = one.turned;
   set_lane(wide.radiance, i, one.radiance);
   set_lane(wide.receiver, i, one.receiver), set_lane(wide.wi, i, one.wi), set_lane(wide.point, i, one.point);
   set_lane(wide.u, i, one.u), wide.pmf[i] = one.pmf;
@@ -113,14 +111,6 @@ TEST("lanes of a rectangle have the bits of one path") {
   check_light([]<class Real>(const Case<Real>& c) {
     return rectangle_light<Real>(Vec3<Real>(c.at), c.x, c.y, c.turned, c.radiance);
   });
-}
-
-TEST("lanes of a sphere have the bits of one path") {
-  check_light([]<class Real>(const Case<Real>& c) { return SphereLight<Real>(c.at, c.radius, c.turned, c.radiance); });
-}
-
-TEST("lanes of a disk have the bits of one path") {
-  check_light([]<class Real>(const Case<Real>& c) { return DiskLight<Real>(c.at, c.x, c.y, c.turned, c.radiance); });
 }
 
 TEST("lanes of a point and of a direction have the bits of one path") {

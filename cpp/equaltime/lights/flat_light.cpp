@@ -1,10 +1,7 @@
-#include "equaltime/lights/area_lights.h"
+#include "equaltime/lights/flat_light.h"
 
 #include <algorithm>
-#include <cmath>
 #include <span>
-
-#include "equaltime/math/elementary.h"
 
 namespace equaltime {
 
@@ -13,11 +10,7 @@ namespace {
 /// Below this solid angle the sampling of a spherical polygon has lost digits that float64 cannot spare.
 constexpr double kSmallestView = 1e-8;
 
-double emitted_power(const Spectrum& radiance, double area) noexcept {
-  return std::numbers::pi * area * static_cast<double>(radiance.mean());
-}
-
-/// Of a flat light: the middle of the box that holds it, and how far its corners are from there.
+/// Bounds with the box of the corners, and the distance of the furthest corner from its middle.
 LightBounds flat_bounds(std::span<const Vec3d> corners, const Vec3f& normal, double power) noexcept {
   LightBounds bounds{{}, 0, {Vec3d(normal), 0}, power * std::numbers::inv_pi};
   for (const Vec3d& p : corners) bounds.box.include(p);
@@ -83,9 +76,10 @@ ViewPoint<float> NearView<Shape>::sample(bool near, const FlatEdges<float>& edge
 }
 
 template <class Shape>
-float NearView<Shape>::pdf(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+float NearView<Shape>::pdf(bool near, const FlatEdges<float>& edges, Vec3f receiver, float otherwise) noexcept {
+  if (!near) return otherwise;
   const auto view = of(edges, receiver);
-  return view ? static_cast<float>(1 / view->solid_angle()) : 0.0F;
+  return view ? static_cast<float>(1 / view->solid_angle()) : otherwise;
 }
 
 template struct NearView<TriangleShape>;
@@ -95,7 +89,7 @@ template struct NearView<RectangleShape>;
 
 template <class Real, class Shape>
 double FlatLight<Real, Shape>::power() const noexcept {
-  return emitted_power(radiance_, surface_.area);
+  return emitted_power(radiance_, static_cast<double>(surface_.area));
 }
 
 template <class Real, class Shape>
@@ -103,48 +97,7 @@ LightBounds FlatLight<Real, Shape>::bounds() const noexcept {
   return flat_bounds(Shape::corners(surface_.edges), surface_.normal, power());
 }
 
-template <class Real>
-double SphereLight<Real>::power() const noexcept {
-  return emitted_power(radiance_, 4 * std::numbers::pi * square(radius_));
-}
-
-template <class Real>
-LightBounds SphereLight<Real>::bounds() const noexcept {
-  const Vec3d half{radius_, radius_, radius_};
-  return {{center_ - half, center_ + half}, radius_, {}, power() * 0.25 * std::numbers::inv_pi};
-}
-
-template <class Real>
-SphereLight<Real> SphereLight<Real>::placed(const AffineMap& to) const noexcept {
-  return {to.point(center_), radius_ * length(to.columns[0]), inward_, radiance_};
-}
-
-template <class Real>
-double DiskLight<Real>::power() const noexcept {
-  return emitted_power(radiance_, area_);
-}
-
-template <class Real>
-LightBounds DiskLight<Real>::bounds() const noexcept {
-  const Vec3d &u = axis_u_, &v = axis_v_;
-  const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
-  const double uu = length_squared(u), vv = length_squared(v), uv = dot(u, v);
-  const double longest_axis_squared = 0.5 * (uu + vv + elementary::hypot(uu - vv, 2 * uv));  // of the ellipse
-  return {{center_ - half, center_ + half},
-          std::sqrt(longest_axis_squared),
-          {Vec3d(normal_), 0},
-          power() * std::numbers::inv_pi};
-}
-
-template <class Real>
-DiskLight<Real> DiskLight<Real>::placed(const AffineMap& to) const noexcept {
-  const bool flipped = dot(cross(axis_u_, axis_v_), Vec3d(normal_)) < 0;
-  return {to.point(center_), to.vector(axis_u_), to.vector(axis_v_), flipped != to.mirrors(), radiance_};
-}
-
 template class FlatLight<float, TriangleShape>;
 template class FlatLight<float, RectangleShape>;
-template class SphereLight<float>;
-template class DiskLight<float>;
 
 }  // namespace equaltime
