@@ -31,6 +31,10 @@ struct PathState {
   /// Index of the ray, and of the random numbers at its end.
   [[nodiscard]] std::uint32_t bounce() const noexcept { return static_cast<std::uint32_t>(depth - 1) + crossed; }
 
+  /// Whether the vertex that the ray goes to is the last one that counts: its light is added, and the path ends.
+  [[nodiscard]] EQUALTIME_INLINE bool at_max_depth(const Settings& settings) const noexcept {
+    return depth >= settings.max_depth;
+  }
   /// Takes back that the vertex counts for max_depth: light went straight on through it.
   EQUALTIME_INLINE void count_as_crossed() noexcept { --depth, ++crossed; }
   /// Multiplies the throughput by the weight of a sampled direction.

@@ -26,6 +26,40 @@ EQUALTIME_INLINE void add_emission(const Scene& scene, const Settings& settings,
   path.L += L;
 }
 
+/// Whether the path goes through the surface as if it were not there: a dielectric of higher priority fills the place,
+/// or the surface is an emitter that only the camera's path may not see.
+template <Effects E>
+[[nodiscard]] EQUALTIME_INLINE bool is_hidden(const Scene& scene, const PathState<E>& path,
+                                              const Interaction& it) noexcept {
+  return path.media.here().hides(scene.geometry, it.shape) || path.hidden_emitters.skips(scene, it, path.depth);
+}
+
+/// Finds the BSDF that scatters at the surface, if one does there: the surface may absorb, let the path cross it, or
+/// lie beyond max_depth.
+template <Effects E>
+[[nodiscard]] EQUALTIME_INLINE Arrival find_bsdf(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                                 Interaction& it, Vertex& v, std::optional<Bsdf>& own) noexcept {
+  v.material = scene.geometry.material(it);
+  // Surfaces that do not count are crossed even beyond max_depth. Those that scatter are delta there (thin glass), so
+  // that no direct light is added.
+  const bool crossing_is_free = E.masks && !scene.rules.count_null_interfaces;
+  const bool absorbs = v.material == kNone;
+  if ((path.at_max_depth(settings) && !crossing_is_free) || absorbs) return Arrival::ends;
+  if constexpr (E.masks) {
+    const double u = path.sampler.get_1d_precise(slot(BounceDecision::material, path.bounce()));
+    v.material = scene.choose_component(v.material, it, u);
+    if (scene.appearance.materials[v.material].kind == Material::Kind::null) {
+      path.cross(scene, it, scene.rules.count_null_interfaces);
+      return Arrival::crosses;
+    }
+  }
+  scene.tilt_frame<E>(v.material, it, path.time);
+  v.scatterer = path.media.here().with_exterior(scene, it, scene.bsdf<E>(v.material, it, own), own);
+  v.may_cross = crossing_is_free && v.scatterer.is_thin();
+  if (E.masks && path.at_max_depth(settings) && !v.may_cross) return Arrival::ends;
+  return Arrival::scatters;
+}
+
 /// Adds the emission of the surface that the ray hit, or of the environment, and finds the BSDF that scatters.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive_at_surface(const Scene& scene, const Settings& settings,
@@ -33,32 +67,12 @@ template <Effects E, Observer O>
                                                          std::optional<Bsdf>& own,
                                                          O& observer) noexcept(!O::allocates) {
   if constexpr (E.media || E.hidden_emitters)
-    if (it &&
-        (path.media.here().hides(scene.geometry, it->shape) || path.hidden_emitters.skips(scene, *it, path.depth))) {
+    if (it && is_hidden(scene, path, *it)) {
       path.cross(scene, *it, false);
       return Arrival::crosses;
     }
   add_emission<E>(scene, settings, path, it, observer);
-  if (!it) return Arrival::ends;
-  v.material = scene.geometry.material(*it);
-  // Surfaces that do not count are crossed even beyond max_depth. Those that scatter are delta there (thin glass), so
-  // that no direct light is added.
-  const bool crossing_is_free = E.masks && !scene.rules.count_null_interfaces;
-  const bool absorbs = v.material == kNone;
-  if ((path.depth >= settings.max_depth && !crossing_is_free) || absorbs) return Arrival::ends;
-  if constexpr (E.masks) {
-    const double u = path.sampler.get_1d_precise(slot(BounceDecision::material, path.bounce()));
-    v.material = scene.choose_component(v.material, *it, u);
-    if (scene.appearance.materials[v.material].kind == Material::Kind::null) {
-      path.cross(scene, *it, scene.rules.count_null_interfaces);
-      return Arrival::crosses;
-    }
-  }
-  scene.tilt_frame<E>(v.material, *it, path.time);
-  v.scatterer = path.media.here().with_exterior(scene, *it, scene.bsdf<E>(v.material, *it, own), own);
-  v.may_cross = crossing_is_free && v.scatterer.is_thin();
-  if (E.masks && path.depth >= settings.max_depth && !v.may_cross) return Arrival::ends;
-  return Arrival::scatters;
+  return it ? find_bsdf<E>(scene, settings, path, *it, v, own) : Arrival::ends;
 }
 
 /// Samples the distance to the next vertex, adds the emission there, and finds what scatters. `own` stores a BSDF that
@@ -72,7 +86,7 @@ template <Effects E, Observer O>
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
   if (phase == nullptr) return arrive_at_surface<E>(scene, settings, path, it, v, own, observer);
   v.scatterer = Scatterer(*phase);
-  return path.depth < settings.max_depth ? Arrival::scatters : Arrival::ends;
+  return path.at_max_depth(settings) ? Arrival::ends : Arrival::scatters;
 }
 
 template <Effects E, Observer O>
@@ -145,7 +159,7 @@ template <Effects E, Observer O>
                                            const Interaction& it, const Vertex& v, const ScatterSample& scattered,
                                            O& observer) noexcept(!O::allocates) {
   if (v.may_cross && !scattered.above) path.count_as_crossed();
-  if (E.masks && path.depth >= settings.max_depth) return false;
+  if (E.masks && path.at_max_depth(settings)) return false;
   path.apply_weight(scattered);
   if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
     if (path.beta.is_black()) return false;
