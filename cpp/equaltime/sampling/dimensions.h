@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "equaltime/base/bits.h"
 #include "equaltime/sampling/decisions.h"
 
 namespace equaltime {
@@ -47,6 +48,16 @@ static_assert(kFirstDimension[slot(BounceDecision::medium, kDimensionBounces - 1
 template <LaneNumber Real = float>
 [[nodiscard]] constexpr Bits<Real> first_dimension(BasicSlot<Real> s) noexcept {
   return lookup(kFirstDimension, min(s.index, Bits<Real>(kDimensionSlots)));
+}
+
+/// Seeds of the two dimensions of a slot, from the slot's hash: of a lattice's shift, or of Sobol' points' scrambling.
+template <LaneNumber Real = float>
+[[nodiscard]] constexpr Bits<Real> seed_x(Bits64<Real> hash) noexcept {
+  return Bits<Real>(hash >> 32);
+}
+template <LaneNumber Real = float>
+[[nodiscard]] constexpr Bits<Real> seed_y(Bits64<Real> hash) noexcept {
+  return Bits<Real>((hash * kGolden) >> 32);
 }
 
 }  // namespace equaltime

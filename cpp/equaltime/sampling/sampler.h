@@ -85,7 +85,7 @@ class BasicSampler {
     };
     if (none(in_lattice)) [[unlikely]]
       return other();
-    const U32 x = lattice::coordinate<Real>(reversed_index_, first, sobol::seed_x<Real>(h));
+    const U32 x = lattice::coordinate<Real>(reversed_index_, first, seed_x<Real>(h));
     const U64 point = (U64(x) << 32) | U64(low_bits<Real>(reversed_index_, h));
     return where(
         in_lattice, [&]() noexcept { return point; }, other);
@@ -143,8 +143,8 @@ class BasicSampler {
     };
     if (none(in_lattice)) [[unlikely]]
       return other();
-    const Bits2 point{lattice::coordinate<Real>(reversed_index_, first, sobol::seed_x<Real>(h)),
-                      lattice::coordinate<Real>(reversed_index_, first + 1, sobol::seed_y<Real>(h))};
+    const Bits2 point{lattice::coordinate<Real>(reversed_index_, first, seed_x<Real>(h)),
+                      lattice::coordinate<Real>(reversed_index_, first + 1, seed_y<Real>(h))};
     return where(
         in_lattice, [&]() noexcept { return point; }, other);
   }
@@ -163,7 +163,7 @@ class BasicSampler {
       return (static_cast<std::uint64_t>(x) << 32) | low_bits<float>(place, h);
     };
     if (const std::uint32_t first = sobol_dimension(kind, slot); first != 0)
-      return with_low(sobol::coordinate(reversed_index, first, sobol::seed_x(h)), reversed_index);
+      return with_low(sobol::coordinate(reversed_index, first, seed_x(h)), reversed_index);
     const std::uint32_t place =
         kind == SamplerKind::stratified ? reversed_index : sobol::permute_in_16(reversed_index, h);
     return with_low(sobol::padded_x(sobol::shuffled_index(place, h), h), place);
@@ -175,8 +175,8 @@ class BasicSampler {
     if (kind == SamplerKind::stratified) return stratified::bits_2d(reversed_index, h);
     const auto both = [](std::uint32_t x, std::uint32_t y) { return (static_cast<std::uint64_t>(x) << 32) | y; };
     if (const std::uint32_t first = sobol_dimension(kind, slot); first != 0)
-      return both(sobol::coordinate(reversed_index, first, sobol::seed_x(h)),
-                  sobol::coordinate(reversed_index, first + 1, sobol::seed_y(h)));
+      return both(sobol::coordinate(reversed_index, first, seed_x(h)),
+                  sobol::coordinate(reversed_index, first + 1, seed_y(h)));
     const std::uint32_t index = sobol::shuffled_index(sobol::permute_in_16(reversed_index, h), h);
     return both(sobol::padded_x(index, h), sobol::padded_y(index, h));
   }

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "equaltime/base/bits.h"
+#include "equaltime/sampling/dimensions.h"
 #include "equaltime/sampling/sobol_directions.h"
 
 namespace equaltime::sobol {
@@ -19,17 +20,6 @@ EQUALTIME_INLINE constexpr std::uint32_t scramble_reversed(std::uint32_t x, std:
   x ^= x * 0x05526c56U;
   x ^= x * 0x53a22864U;
   return x;
-}
-
-// The three seeds of a slot, from its 64-bit hash: of the index's shuffle and of each dimension's scrambling.
-constexpr std::uint32_t seed_shuffle(std::uint64_t hash) noexcept { return static_cast<std::uint32_t>(hash); }
-template <LaneNumber Real = float>
-constexpr Bits<Real> seed_x(Bits64<Real> hash) noexcept {
-  return Bits<Real>(hash >> 32);
-}
-template <LaneNumber Real = float>
-constexpr Bits<Real> seed_y(Bits64<Real> hash) noexcept {
-  return Bits<Real>((hash * kGolden) >> 32);
 }
 
 /// A coordinate of a point, in 32 bits: `dimension` counts from 1.
@@ -57,7 +47,7 @@ constexpr Bits<Real> seed_y(Bits64<Real> hash) noexcept {
 
 /// The index of a sample in the order of a padded slot: nested scrambling of a bit-reversed index.
 [[nodiscard]] constexpr std::uint32_t shuffled_index(std::uint32_t reversed_index, std::uint64_t hash) noexcept {
-  return reverse_bits(scramble_reversed(reversed_index, seed_shuffle(hash)));
+  return reverse_bits(scramble_reversed(reversed_index, static_cast<std::uint32_t>(hash)));
 }
 
 /// A padded slot's first number, in 32 bits, from the shuffled index.
