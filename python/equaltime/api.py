@@ -68,9 +68,10 @@ def render(
     scene
         A loaded scene, the path of a scene file, or nested dictionaries with Mitsuba's names (`load_dict`).
     spp
-        Samples per pixel. Where sample counts follow the noise (``adaptive``), the mean is a few per cent off. Without
-        ``spp``, ``time`` and ``error``, the scene's own sample count is taken, or else 64. One sample alone gives no
-        standard error. If several of the three limits are given, the first one reached ends the render.
+        Samples per pixel. With ``adaptive``, sample counts follow the noise, and their mean differs from ``spp`` by a
+        few per cent. Without ``spp``, ``time`` and ``error``, the scene's own sample count is taken, or else 64. One
+        sample alone gives no standard error. If several of the three limits are given, the first one reached ends the
+        render.
     time
         Seconds from the first sample of this run to the final film. If the limit falls within a pass, the pass is not
         completed: some pixels then have fewer samples, or none. Outputs that the scene asks for beside the image take
@@ -102,8 +103,8 @@ def render(
         image is then biased, and is labelled as biased. A pilot (a short render) measures the bias, and the image's
         error includes that bias.
     within
-        Largest relative bias, such as 0.01, from effects that a pilot chooses to leave out. The longest paths may be
-        among these effects. If ``error`` is given, the bias also stays within half of ``error``.
+        Lets a pilot choose effects to leave out, whose relative bias together stays within this number, such as 0.01.
+        The longest paths may be among these effects. If ``error`` is given, the bias also stays within half of it.
     cluster
         Processes that take the samples: ``local:N`` for N processes on this machine, the address of a scheduler of Dask
         such as ``tcp://node1:8786``, a ``distributed.Client``, a cluster of Dask such as ``SLURMCluster``, or a
@@ -145,8 +146,8 @@ def render(
         If a sample caused a floating-point fault, with ``traps="check"``. Raised after the sample's pass, with the
         result so far.
     RenderError
-        If there is not enough memory; if ``error`` is the only limit for a single pixel, whose error cannot be
-        estimated; or if a pilot meets too little light to choose a sample count.
+        If there is not enough memory; if ``error`` is the only limit and the image is a single pixel, whose error
+        cannot be estimated; or if a pilot meets too little light to choose a sample count.
     ValueError
         If an argument is out of range, or has the wrong type.
 

@@ -131,8 +131,9 @@ def render_picture(
 ) -> int:
     """Render a scene into a file, print the outcome, and return the exit code.
 
-    ``changes`` are the user's changes to the scene, as keywords of `Scene.with_`. ``first`` tells whether to print
-    warnings and hazards of the scene, and whether to measure if the time is too short: once for all frames.
+    ``changes`` are the user's changes to the scene, as keywords of `Scene.with_`. ``first`` is true for a still and for
+    the first of many frames. Only then are the scene's warnings and hazards printed, and only then does a measurement
+    show whether the time limit is too short.
     """
     paths = check_output(output, aov=order.aov)
     check_spares(paths.all, scene.files, "the scene is made of this file")

@@ -162,7 +162,7 @@ class DaskCluster:
 
 
 class DaskTeam(SceneTeam):
-    """Team of a scheduler's workers that have one scene, and render its units (windows of the film, some samples)."""
+    """Team of a scheduler's workers that render units (windows of the film with some samples) of one scene."""
 
     def __init__(self, scene: Scene, keep: Path | None, client: Client, threads: int, patience: float = ALONE) -> None:
         """Let the workers of ``client`` load ``scene``; raise RenderError if none gives the bits of this process.

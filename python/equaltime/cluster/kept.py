@@ -75,7 +75,7 @@ class KeptUnits:
             raise ImageError(f"{self._folder}: finished units cannot be kept: {error.strerror or error}") from error
 
     def of(self, recipe: Recipe) -> list[_KeptUnit]:
-        """Return the units (windows of the film, some samples) in the folder that belong to one render.
+        """Return the units (windows of the film with some samples) in the folder that belong to one render.
 
         ``recipe`` identifies the render: strategy, seed and build.
         """

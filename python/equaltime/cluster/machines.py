@@ -52,10 +52,10 @@ class _Task:
 
 
 class Machines:
-    """Machines of the workers of a scheduler, which take tasks whose times are compared.
+    """The machines on which a scheduler's workers run, for tasks whose times are compared.
 
-    A machine takes tasks if it and its build of equaltime are like this process's. One of its workers takes them, one
-    at a time.
+    A machine takes tasks if it has the hardware and the build of equaltime that this process has. One worker of each
+    machine takes them, one task at a time.
     """
 
     def __init__(self, client: Client, patience: float = ALONE) -> None:

@@ -19,7 +19,7 @@ class Pool:
     """Processes of an executor of `concurrent.futures`, as a cluster for renders."""
 
     def __init__(self, executor: Executor, threads: int = 1, keep: Path | None = None) -> None:
-        """Let ``executor`` render units (windows of the film, some samples), each with ``threads`` threads.
+        """Let ``executor`` render units (windows of the film with some samples), each with ``threads`` threads.
 
         ``keep`` is the folder for finished units until the render is saved; None keeps none.
         """
@@ -31,7 +31,7 @@ class Pool:
 
 
 class PoolTeam(SceneTeam):
-    """Team of an executor's processes that render units (windows of the film, some samples) of one scene."""
+    """Team of an executor's processes that render units (windows of the film with some samples) of one scene."""
 
     def __init__(self, scene: Scene, keep: Path | None, executor: Executor, threads: int) -> None:
         """Make a team for ``scene``; ``keep``, ``executor`` and ``threads`` are as for `Pool`."""

@@ -20,8 +20,8 @@ CONNECT_SECONDS = 20
 class SceneTeam:
     """Base class of teams of processes for one scene.
 
-    ``keep`` is the folder for finished units (windows of the film, some samples) until the render is saved; None keeps
-    none.
+    ``keep`` is the folder for finished units (windows of the film with some samples) until the render is saved; None
+    keeps none.
     """
 
     def __init__(self, scene: Scene, keep: Path | None) -> None:
@@ -40,7 +40,7 @@ class SceneTeam:
             self._kept.keep(unit, rendered)
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the units (windows of the film, some samples) that an unfinished run of the same render saved.
+        """Return the units (windows of the film with some samples) that an unfinished run of the same render saved.
 
         ``recipe`` identifies the render.
         """

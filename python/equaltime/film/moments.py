@@ -128,7 +128,7 @@ def _bytes_of(dtype: np.dtype[Any]) -> list[str]:
 def packed_shape(height: int, width: int) -> tuple[int, int]:
     """Return (rows, columns) of the uint32 image in which `packed` stores an image of this height and width in pixels.
 
-    A word holds a byte of four neighbouring pixels, so there are ceil(width / 4) columns.
+    A word holds four bytes, one of each of four neighbouring pixels, so that a row has ceil(width / 4) columns.
     """
     return height, -(-width // _WORD)
 

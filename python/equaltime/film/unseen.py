@@ -92,12 +92,12 @@ class Unseen:
 
     @classmethod
     def together(cls, parts: Sequence[Mapping[str, NDArray[np.float32]]], focus: Focus | None = None) -> Unseen:
-        """Return the light that several renders of one image, now merged, may have missed together.
+        """Return the light that may be missing from an image merged from several renders.
 
         Each entry of ``parts`` is the dict of images that `Unseen.parts` returned for one render. ``focus`` is the
         light that specular surfaces focus. A pixel that is black in the merged image is black in every render, so every
-        render has stored a bound of its hidden light. Pixels without a bound may hide any amount of light. Lamps that
-        no render stored do not count.
+        render has stored a bound of its hidden light. Pixels without a bound may hide any amount of light. A lamp
+        counts if at least one render has stored it.
         """
         found = [part["unseen"].astype(np.float64) for part in parts if "unseen" in part]
         known = np.clip(reduce(np.fmax, found), 0.0, _ANYTHING) if found else None

@@ -59,7 +59,9 @@ class LeftOut:
     """Sentences, one for each decision on an effect (feature such as media): whether it was left out, and why."""
 
     def job(self, job: Job) -> Job:
-        """Return the job without the effects (features such as media). Its noise may reach its error less the bias.
+        """Return the job without the effects (features such as media).
+
+        The bias uses up a part of the error that the job is to reach. The rest is left for the noise.
 
         Raises `EffectError` if the bias alone reaches the error that the job is to reach.
         """

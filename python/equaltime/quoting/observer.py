@@ -74,7 +74,7 @@ class Observer:
         """
 
     def unquoted(self, why: str) -> None:
-        """Receive ``why``, the reason, in words, for which time or error cannot be predicted although one is limited.
+        """Receive ``why``, the reason in words for which a render with a limit of time or error has no prediction.
 
         The method is called once, instead of `quoted`.
         """

@@ -48,9 +48,9 @@ class Stated:
 
     @property
     def of_paths(self) -> str:
-        """Words to print after the number, such as ``of paths up to depth 2``.
+        """Words to print after the error, such as ``of paths up to depth 2``: the paths that the image contains.
 
-        The text is empty if the image has exactly the paths that the scene asks for.
+        The text is empty if these are exactly the paths that the scene asks for.
         """
         return f" of {self.paths}" if self.paths else ""
 

@@ -40,7 +40,7 @@ class Team(Protocol):
 
     @property
     def size(self) -> int:
-        """Number of units (windows of the film, some samples) that are rendered at once, at least 1."""
+        """Number of units (windows of the film with some samples) that are rendered at once, at least 1."""
 
     def begin(self) -> None:
         """Prepare for a pass: find processes that have joined or left since the last pass."""
@@ -65,7 +65,7 @@ class Team(Protocol):
         """
 
     def kept(self, recipe: Recipe) -> Sequence[KeptUnit]:
-        """Return the units (windows of the film, some samples) that an unfinished run of the same render saved.
+        """Return the units (windows of the film with some samples) that an unfinished run of the same render saved.
 
         ``recipe`` identifies the render.
         """

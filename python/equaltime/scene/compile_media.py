@@ -73,9 +73,9 @@ class Media:
             self._builder.set_camera_medium(index)
 
     def at_place(self, error: ValueError) -> ValueError:
-        """Return the core's error about a medium as `Unsupported`, which holds the medium and so leads to its line.
+        """Return the core's error about a medium as `Unsupported`; return any other error unchanged.
 
-        Any other error is returned unchanged.
+        `Unsupported` holds the medium, so that the message can name its line in the scene file.
         """
         about = re.fullmatch(r"medium (\d+): (.*)", str(error), re.DOTALL)
         return Unsupported(self._nodes[int(about[1])], about[2]) if about else error

@@ -44,9 +44,10 @@ class _Winners:
 def fastest(scenes: Sequence[SceneResult], target: float) -> str:
     """Return a sentence that names the strategy that first reaches the error ``target`` on each scene.
 
-    A strategy is named with the first if their intervals overlap. The text is empty where the verdict
-    tells it otherwise: if each scene's standard is its fastest strategy, alone or with the baseline. It is not empty
-    beside a method of one's own. On one scene other renderers do not count, since they have a sentence of their own.
+    Strategies whose intervals overlap with the first one's are named with it. The text is empty if the verdict says as
+    much already: the standard is the fastest on every scene, alone or together with the baseline. If the user compares
+    a method of their own, the sentence is always given. On a single scene other renderers do not count, because another
+    sentence names them.
     """
     pairs = [(scene, one) for scene in scenes if (one := _winners(scene, lambda s: s.time_to[target])) is not None]
     found, alone = [one for _, one in pairs], len(scenes) == 1

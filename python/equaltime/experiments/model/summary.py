@@ -250,9 +250,10 @@ class SceneResult:
         return f"{took} longer than the budget of {duration(self.budget_s)}: {', '.join(told)}" if told else ""
 
     def other_end(self, strategy: StrategyResult) -> float | None:
-        """Return the median time of a strategy's runs in seconds if it visibly differs from the equal time; else None.
+        """Return the median seconds of a strategy's runs, or None if all strategies were given about this time.
 
-        The sample counts of all runs follow from the first run, so that they end early or late if it was slow or fast.
+        The first run fixes the sample count of all runs. Runs end early if the first run was slow, and late if it was
+        fast.
         """
         end = median(strategy.run_seconds) if strategy.run_seconds else self.budget_s
         return end if abs(end - self.budget_s) > _APART * self.budget_s else None
