@@ -151,7 +151,7 @@ constexpr Point2<T> lane(const Point2<Pack<T>>& p, std::size_t i) noexcept {
 inline FlatEdges<float> lane(const FlatEdges<Floats>& e, std::size_t i) noexcept {
   return {lane(e.corner, i), lane(e.edge_x, i), lane(e.edge_y, i)};
 }
-inline ViewPoint<float> lane(const ViewPoint<Floats>& v, std::size_t i) noexcept {
+inline DrawnPoint<float> lane(const DrawnPoint<Floats>& v, std::size_t i) noexcept {
   return {lane(v.point, i), v.solid_angle[i]};
 }
 
@@ -171,7 +171,7 @@ template <class T>
 constexpr void set_lane(Rgb<Pack<T>>& s, std::size_t i, const Rgb<T>& value) noexcept {
   s.r[i] = value.r, s.g[i] = value.g, s.b[i] = value.b;
 }
-inline void set_lane(ViewPoint<Floats>& v, std::size_t i, const ViewPoint<float>& value) noexcept {
+inline void set_lane(DrawnPoint<Floats>& v, std::size_t i, const DrawnPoint<float>& value) noexcept {
   set_lane(v.point, i, value.point), v.solid_angle[i] = value.solid_angle;
 }
 

@@ -1,6 +1,6 @@
-// Accel: nearest hit and occlusion over triangle meshes (Embree) and analytic shapes (float64, inside its BVH; walls
-// and a few moving instances beside it). The only place that knows Embree. Immutable once built and safe to query by
-// any number of threads.
+// Accel: nearest hit and occlusion over triangle meshes (Embree) and analytic shapes (float64, inside its BVH). Spheres
+// that enclose the scene and a few moving instances are tested outside the BVH. The only place that knows Embree.
+// Immutable once built and safe to query by any number of threads.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@
 
 namespace equaltime {
 
-/// Which primitive was hit. Meshes are numbered as given. Then each kind of AnalyticShapes has one number for all its
-/// primitives.
+/// A primitive. `geometry` is the number of a mesh, as given; or, for an analytic shape, the count of meshes plus the
+/// place of its kind in AnalyticShapes.
 struct PrimitiveId {
   std::uint32_t geometry;
   std::uint32_t primitive;
@@ -40,8 +40,8 @@ struct Geometries {
   }
 };
 
-/// A group of geometries that is seen once more. Its own space is taken to that of all by a 3x4 matrix, column by
-/// column: exactly this one, in float32.
+/// An instance of a group of geometries that stands still. `to_world` is a 3x4 matrix, column by column; Embree takes
+/// exactly these numbers.
 struct InstanceGeometry {
   std::uint32_t group;
   std::array<float, 12> to_world;

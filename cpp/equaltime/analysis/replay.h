@@ -12,7 +12,7 @@ namespace equaltime {
 
 /// Light that a vertex receives straight from a picked light.
 struct TracedLight {
-  SampledLight pick;
+  PickedLight pick;
   std::optional<LightSample<float>> sample;  // none if the light shows the vertex no front
   BsdfValue<float> bsdf;                     // towards it
   float weight = 0;                          // of MIS

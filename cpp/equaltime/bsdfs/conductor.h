@@ -27,9 +27,8 @@ struct Conductor {
   explicit Conductor(const Description& d) noexcept
       : eta(spectrum(d.eta)), k(spectrum(d.k)), specular_reflectance(spectrum(d.specular_reflectance)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"eta", &ConductorDescription::eta, kCoefficient},
-                      Field{"k", &ConductorDescription::k, kCoefficient},
-                      Field{"specular_reflectance", &ConductorDescription::specular_reflectance, kShare}};
+    return std::tuple{Field{"eta", &Description::eta, kCoefficient}, Field{"k", &Description::k, kCoefficient},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("eta", &Conductor::eta), color_slot("k", &Conductor::k),

@@ -31,9 +31,9 @@ struct Dielectric {
         specular_reflectance(spectrum(d.specular_reflectance)),
         specular_transmittance(spectrum(d.specular_transmittance)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"ior", &DielectricDescription::ior, kIor},
-                      Field{"specular_reflectance", &DielectricDescription::specular_reflectance, kShare},
-                      Field{"specular_transmittance", &DielectricDescription::specular_transmittance, kShare}};
+    return std::tuple{Field{"ior", &Description::ior, kIor},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare},
+                      Field{"specular_transmittance", &Description::specular_transmittance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("specular_reflectance", &Dielectric::specular_reflectance),

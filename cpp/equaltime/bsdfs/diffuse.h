@@ -23,7 +23,7 @@ struct Diffuse {
 
   explicit Diffuse(const Description& d) noexcept : reflectance(spectrum(d.reflectance)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"reflectance", &DiffuseDescription::reflectance, kShare}};
+    return std::tuple{Field{"reflectance", &Description::reflectance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("reflectance", &Diffuse::reflectance)};

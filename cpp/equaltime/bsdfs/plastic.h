@@ -49,10 +49,10 @@ struct Plastic {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"ior", &PlasticDescription::ior, kIor},
-                      Field{"diffuse_reflectance", &PlasticDescription::diffuse_reflectance, kShare},
-                      Field{"specular_reflectance", &PlasticDescription::specular_reflectance, kShare},
-                      Field{"nonlinear", &PlasticDescription::nonlinear}};
+    return std::tuple{Field{"ior", &Description::ior, kIor},
+                      Field{"diffuse_reflectance", &Description::diffuse_reflectance, kShare},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare},
+                      Field{"nonlinear", &Description::nonlinear}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("diffuse_reflectance", &Plastic::diffuse_reflectance),

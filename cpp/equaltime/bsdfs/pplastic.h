@@ -34,12 +34,12 @@ struct PPlastic {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"distribution", &PPlasticDescription::distribution},
-                      Field{"alpha_u", &PPlasticDescription::alpha_u, kRoughness},
-                      Field{"alpha_v", &PPlasticDescription::alpha_v, kRoughness},
-                      Field{"ior", &PPlasticDescription::ior, kIor},
-                      Field{"diffuse_reflectance", &PPlasticDescription::diffuse_reflectance, kShare},
-                      Field{"specular_reflectance", &PPlasticDescription::specular_reflectance, kShare}};
+    return std::tuple{Field{"distribution", &Description::distribution},
+                      Field{"alpha_u", &Description::alpha_u, kRoughness},
+                      Field{"alpha_v", &Description::alpha_v, kRoughness},
+                      Field{"ior", &Description::ior, kIor},
+                      Field{"diffuse_reflectance", &Description::diffuse_reflectance, kShare},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple_cat(std::tuple{color_slot("diffuse_reflectance", &PPlastic::diffuse_reflectance),

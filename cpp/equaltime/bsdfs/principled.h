@@ -35,18 +35,18 @@ struct Principled {
 
   explicit Principled(const PrincipledDescription& d) noexcept;
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"base_color", &PrincipledDescription::base_color, kShare},
-                      Field{"roughness", &PrincipledDescription::roughness, kShare},
-                      Field{"anisotropic", &PrincipledDescription::anisotropic, kShare},
-                      Field{"metallic", &PrincipledDescription::metallic, kShare},
-                      Field{"spec_trans", &PrincipledDescription::spec_trans, kShare},
-                      Field{"ior", &PrincipledDescription::ior, kIor},
-                      Field{"spec_tint", &PrincipledDescription::spec_tint, kShare},
-                      Field{"sheen", &PrincipledDescription::sheen, kShare},
-                      Field{"sheen_tint", &PrincipledDescription::sheen_tint, kShare},
-                      Field{"flatness", &PrincipledDescription::flatness, kShare},
-                      Field{"clearcoat", &PrincipledDescription::clearcoat, kShare},
-                      Field{"clearcoat_gloss", &PrincipledDescription::clearcoat_gloss, kShare}};
+    return std::tuple{Field{"base_color", &Description::base_color, kShare},
+                      Field{"roughness", &Description::roughness, kShare},
+                      Field{"anisotropic", &Description::anisotropic, kShare},
+                      Field{"metallic", &Description::metallic, kShare},
+                      Field{"spec_trans", &Description::spec_trans, kShare},
+                      Field{"ior", &Description::ior, kIor},
+                      Field{"spec_tint", &Description::spec_tint, kShare},
+                      Field{"sheen", &Description::sheen, kShare},
+                      Field{"sheen_tint", &Description::sheen_tint, kShare},
+                      Field{"flatness", &Description::flatness, kShare},
+                      Field{"clearcoat", &Description::clearcoat, kShare},
+                      Field{"clearcoat_gloss", &Description::clearcoat_gloss, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("base_color", &Principled::base_color),

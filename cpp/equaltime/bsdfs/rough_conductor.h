@@ -34,12 +34,12 @@ struct RoughConductor {
         k(spectrum(d.k)),
         specular_reflectance(spectrum(d.specular_reflectance)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"distribution", &RoughConductorDescription::distribution},
-                      Field{"alpha_u", &RoughConductorDescription::alpha_u, kRoughness},
-                      Field{"alpha_v", &RoughConductorDescription::alpha_v, kRoughness},
-                      Field{"eta", &RoughConductorDescription::eta, kCoefficient},
-                      Field{"k", &RoughConductorDescription::k, kCoefficient},
-                      Field{"specular_reflectance", &RoughConductorDescription::specular_reflectance, kShare}};
+    return std::tuple{Field{"distribution", &Description::distribution},
+                      Field{"alpha_u", &Description::alpha_u, kRoughness},
+                      Field{"alpha_v", &Description::alpha_v, kRoughness},
+                      Field{"eta", &Description::eta, kCoefficient},
+                      Field{"k", &Description::k, kCoefficient},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple_cat(std::tuple{color_slot("eta", &RoughConductor::eta), color_slot("k", &RoughConductor::k),

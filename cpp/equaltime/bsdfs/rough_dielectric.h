@@ -37,18 +37,18 @@ struct RoughDielectric {
         ior(static_cast<float>(d.ior)),
         specular_reflectance(spectrum(d.specular_reflectance)),
         specular_transmittance(spectrum(d.specular_transmittance)) {}
-  /// Facets of no contrast bend nothing: light passes straight on, however rough they are.
+  /// With an index of 1 nothing is refracted: light passes straight on, however rough the facets are.
   [[nodiscard]] static std::optional<Dielectric<Real>> simpler(const Description& d) noexcept {
     if (static_cast<float>(d.ior) != 1) return std::nullopt;
     return Dielectric<Real>(DielectricDescription{d.ior, d.specular_reflectance, d.specular_transmittance});
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"distribution", &RoughDielectricDescription::distribution},
-                      Field{"alpha_u", &RoughDielectricDescription::alpha_u, kRoughness},
-                      Field{"alpha_v", &RoughDielectricDescription::alpha_v, kRoughness},
-                      Field{"ior", &RoughDielectricDescription::ior, kIor},
-                      Field{"specular_reflectance", &RoughDielectricDescription::specular_reflectance, kShare},
-                      Field{"specular_transmittance", &RoughDielectricDescription::specular_transmittance, kShare}};
+    return std::tuple{Field{"distribution", &Description::distribution},
+                      Field{"alpha_u", &Description::alpha_u, kRoughness},
+                      Field{"alpha_v", &Description::alpha_v, kRoughness},
+                      Field{"ior", &Description::ior, kIor},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare},
+                      Field{"specular_transmittance", &Description::specular_transmittance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple_cat(std::tuple{color_slot("specular_reflectance", &RoughDielectric::specular_reflectance),
@@ -79,7 +79,8 @@ struct RoughDielectric {
         reflects, [] { return Real(1); }, [&] { return 1 / square(eta); });
     return sample_of(wi, eval_at(wo, wi, m, eta, fresnel.reflectance), leaves, eta_scale);
   }
-  /// Nearly that of the smooth dielectric. Where that one reflects all, facets that lean still refract.
+  /// Nearly that of the smooth dielectric. The transmittance is at least 0.25: tilted facets still refract where the
+  /// smooth surface reflects everything.
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
     const Real reflectance = fresnel_dielectric(wo.z, relative_ior(ior, front)).reflectance;
     return specular_reflectance * reflectance + specular_transmittance * max(1 - reflectance, Real(0.25F));
@@ -92,8 +93,8 @@ struct RoughDielectric {
     const auto [f, pdf] = where(
         reflects, [&] { return reflected(distribution, wo, wi, m); },
         [&] { return refracted(distribution, wo, wi, m, eta); });
-    const Real fresnel = select(reflects, reflectance, 1 - reflectance);
-    return {select(reflects, specular_reflectance, specular_transmittance) * (fresnel * f), fresnel * pdf};
+    const Real share = select(reflects, reflectance, 1 - reflectance);
+    return {select(reflects, specular_reflectance, specular_transmittance) * (share * f), share * pdf};
   }
 };
 

@@ -47,9 +47,9 @@ struct RoughDiffuse {
     return Diffuse<Real>(DiffuseDescription{d.reflectance});
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"reflectance", &RoughDiffuseDescription::reflectance, kShare},
-                      Field{"alpha", &RoughDiffuseDescription::alpha, kCoefficient},
-                      Field{"use_fast_approx", &RoughDiffuseDescription::use_fast_approx}};
+    return std::tuple{Field{"reflectance", &Description::reflectance, kShare},
+                      Field{"alpha", &Description::alpha, kCoefficient},
+                      Field{"use_fast_approx", &Description::use_fast_approx}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("reflectance", &RoughDiffuse::reflectance),

@@ -40,12 +40,12 @@ struct RoughPlastic {
     derive();
   }
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"distribution", &RoughPlasticDescription::distribution},
-                      Field{"alpha", &RoughPlasticDescription::alpha, kRoughness},
-                      Field{"ior", &RoughPlasticDescription::ior, kIor},
-                      Field{"diffuse_reflectance", &RoughPlasticDescription::diffuse_reflectance, kShare},
-                      Field{"specular_reflectance", &RoughPlasticDescription::specular_reflectance, kShare},
-                      Field{"nonlinear", &RoughPlasticDescription::nonlinear}};
+    return std::tuple{Field{"distribution", &Description::distribution},
+                      Field{"alpha", &Description::alpha, kRoughness},
+                      Field{"ior", &Description::ior, kIor},
+                      Field{"diffuse_reflectance", &Description::diffuse_reflectance, kShare},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare},
+                      Field{"nonlinear", &Description::nonlinear}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("diffuse_reflectance", &RoughPlastic::diffuse_reflectance),

@@ -31,9 +31,9 @@ struct ThinDielectric {
         specular_reflectance(spectrum(d.specular_reflectance)),
         specular_transmittance(spectrum(d.specular_transmittance)) {}
   [[nodiscard]] static constexpr auto fields() noexcept {
-    return std::tuple{Field{"ior", &ThinDielectricDescription::ior, kIor},
-                      Field{"specular_reflectance", &ThinDielectricDescription::specular_reflectance, kShare},
-                      Field{"specular_transmittance", &ThinDielectricDescription::specular_transmittance, kShare}};
+    return std::tuple{Field{"ior", &Description::ior, kIor},
+                      Field{"specular_reflectance", &Description::specular_reflectance, kShare},
+                      Field{"specular_transmittance", &Description::specular_transmittance, kShare}};
   }
   [[nodiscard]] static constexpr auto textured() noexcept {
     return std::tuple{color_slot("specular_reflectance", &ThinDielectric::specular_reflectance),

@@ -10,8 +10,8 @@
 
 namespace equaltime {
 
-/// The sample of a point that was drawn uniformly over an area. `height`, above 0, is that of the receiver above the
-/// plane of the area: over the distance it is the cosine at the light.
+/// The sample of a point that was drawn uniformly over an area. `height` is the receiver's above the plane of the area,
+/// and above 0: height / distance is the cosine at the light.
 template <class Real>
 [[nodiscard]] EQUALTIME_INLINE LightSample<Real> area_sample(const Vec3<Real>& receiver, const OffsetPoint<Real>& point,
                                                              Real height, const Rgb<Real>& radiance, Real area,
@@ -19,7 +19,7 @@ template <class Real>
   const Vec3<Real> to_light = point.p - receiver;
   const Real distance_squared = length_squared(to_light), distance = sqrt(distance_squared);
   const Real pdf = pmf * distance_squared * distance / (height * area);
-  return {to_light * (1 / distance), radiance, pdf, distance, point};
+  return {.wi = to_light * (1 / distance), .radiance = radiance, .pdf = pdf, .distance = distance, .target = point};
 }
 
 /// Density per solid angle at the receiver of `point`, drawn uniformly over an area with a unit normal; 0 from behind.
@@ -28,7 +28,7 @@ template <class Real>
 [[nodiscard]] EQUALTIME_INLINE Real area_pdf(const Vec3<Real>& receiver, const Vec3<Real>& wi, const Vec3<Real>& point,
                                              const Vec3<Real>& normal, Real area) noexcept {
   const Real cosine = -dot(normal, wi);
-  return select(cosine > 0, length_squared(point - receiver) / (cosine * area), Real(0));
+  return where(cosine > 0, [&] { return length_squared(point - receiver) / (cosine * area); });
 }
 
 /// A point of a plane: the plane's origin plus a·edge_u + b·edge_v.
@@ -38,8 +38,8 @@ struct PlanePoint {
   Vec3<Real> point;
 };
 
-/// The point in which a direction meets a plane, which its origin and two edges give; none if it lies behind or
-/// edge-on.
+/// The point in which a direction meets the plane of an origin and two edges (Möller & Trumbore 1997, without the
+/// triangle's limits); none if the plane is behind the receiver or parallel to the direction.
 template <class Real>
 [[nodiscard]] inline Optional<PlanePoint<Real>> plane_towards(Vec3<Real> receiver, Vec3<Real> wi,
                                                               const Vec3<Double<Real>>& origin,

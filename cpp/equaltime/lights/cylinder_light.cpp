@@ -40,11 +40,11 @@ Optional<LightSample<float>> CylinderLight::sample(Vec3f receiver, Point2f u, fl
   if (!(pdf > 0)) return std::nullopt;
   const double distance = length(to_point);
   const Vec3f point(place), n(normal);
-  return LightSample<float>{Vec3f(to_point / distance),
-                            radiance_,
-                            static_cast<float>(pdf) * pmf,
-                            static_cast<float>(distance),
-                            {point, n, point_offset(point, n)}};
+  return LightSample<float>{.wi = Vec3f(to_point / distance),
+                            .radiance = radiance_,
+                            .pdf = static_cast<float>(pdf) * pmf,
+                            .distance = static_cast<float>(distance),
+                            .target = {point, n, point_offset(point, n)}};
 }
 
 float CylinderLight::pdf(Vec3f receiver, Vec3f, Vec3f point) const noexcept {

@@ -27,7 +27,7 @@ class CylinderLight {
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
   /// Returns the light where an instance puts it; the instance scales all directions alike.
-  [[nodiscard]] CylinderLight placed(const AffineMap& placement) const noexcept;
+  [[nodiscard]] CylinderLight placed(const AffineMap& to) const noexcept;
 
  private:
   /// The part of the tube whose front faces a receiver: within `half` of an angle round the axis.

@@ -41,9 +41,9 @@ LightBounds DiskLight::bounds() const noexcept {
   const Vec3d &u = axis_u_, &v = axis_v_;
   const Vec3d half{elementary::hypot(u.x, v.x), elementary::hypot(u.y, v.y), elementary::hypot(u.z, v.z)};
   const double uu = length_squared(u), vv = length_squared(v), uv = dot(u, v);
-  const double longest_axis_squared = 0.5 * (uu + vv + elementary::hypot(uu - vv, 2 * uv));  // of the ellipse
+  const double semi_major_squared = 0.5 * (uu + vv + elementary::hypot(uu - vv, 2 * uv));  // of the ellipse
   return {{center_ - half, center_ + half},
-          std::sqrt(longest_axis_squared),
+          std::sqrt(semi_major_squared),
           {Vec3d(normal_), 0},
           power() * std::numbers::inv_pi};
 }

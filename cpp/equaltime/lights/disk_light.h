@@ -6,7 +6,7 @@
 #include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/motion.h"
-#include "equaltime/sampling/sampler.h"
+#include "equaltime/math/point.h"
 
 namespace equaltime {
 
@@ -26,7 +26,7 @@ class DiskLight {
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
   /// Returns the light where an instance puts it.
-  [[nodiscard]] DiskLight placed(const AffineMap& placement) const noexcept;
+  [[nodiscard]] DiskLight placed(const AffineMap& to) const noexcept;
 
  private:
   [[nodiscard]] float height_of(Vec3f receiver) const noexcept { return dot(normal_, receiver - Vec3f(center_)); }

@@ -60,15 +60,16 @@ std::array<Vec3d, 4> RectangleShape::corners(const FlatEdges<float>& edges) noex
 }
 
 template <class Shape>
-std::optional<typename Shape::View> NearView<Shape>::of(const FlatEdges<float>& edges, Vec3f receiver) noexcept {
+std::optional<typename Shape::View> SolidAngleSampling<Shape>::of(const FlatEdges<float>& edges,
+                                                                  Vec3f receiver) noexcept {
   const auto view = Shape::view(edges, receiver);
   if (!(view.solid_angle() > kSmallestView)) return std::nullopt;
   return view;
 }
 
 template <class Shape>
-ViewPoint<float> NearView<Shape>::sample(bool near, const FlatEdges<float>& edges, Vec3f receiver, Point2f u,
-                                         ViewPoint<float> otherwise) noexcept {
+DrawnPoint<float> SolidAngleSampling<Shape>::sample(bool near, const FlatEdges<float>& edges, Vec3f receiver, Point2f u,
+                                                    DrawnPoint<float> otherwise) noexcept {
   if (!near) return otherwise;
   const auto view = of(edges, receiver);
   if (!view) return otherwise;
@@ -76,14 +77,15 @@ ViewPoint<float> NearView<Shape>::sample(bool near, const FlatEdges<float>& edge
 }
 
 template <class Shape>
-float NearView<Shape>::pdf(bool near, const FlatEdges<float>& edges, Vec3f receiver, float otherwise) noexcept {
+float SolidAngleSampling<Shape>::pdf(bool near, const FlatEdges<float>& edges, Vec3f receiver,
+                                     float otherwise) noexcept {
   if (!near) return otherwise;
   const auto view = of(edges, receiver);
   return view ? static_cast<float>(1 / view->solid_angle()) : otherwise;
 }
 
-template struct NearView<TriangleShape>;
-template struct NearView<RectangleShape>;
+template struct SolidAngleSampling<TriangleShape>;
+template struct SolidAngleSampling<RectangleShape>;
 
 // --- Loading ------------------------------------------------------------------------------------------------------
 

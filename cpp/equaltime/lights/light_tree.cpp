@@ -94,9 +94,9 @@ bool LightTree::may_light(const LightSampleContext& receiver) const noexcept {
   return left > 0 || right > 0;
 }
 
-Optional<SampledLight> LightTree::pick(const LightSampleContext& receiver, std::int64_t place) const noexcept {
+Optional<PickedLight> LightTree::pick(const LightSampleContext& receiver, std::int64_t place) const noexcept {
   if (empty()) return std::nullopt;
-  if (nodes_.empty()) return SampledLight{first_, 1};
+  if (nodes_.empty()) return PickedLight{first_, 1};
   std::int64_t places = kUnits;
   std::uint32_t index = 0;
   for (;;) {
@@ -113,7 +113,7 @@ Optional<SampledLight> LightTree::pick(const LightSampleContext& receiver, std::
       if (node.count[1] == 1) break;
     }
   }
-  return SampledLight{index, probability(places)};
+  return PickedLight{index, probability(places)};
 }
 
 float LightTree::pmf(const LightSampleContext& receiver, std::uint32_t light) const noexcept {

@@ -30,7 +30,7 @@ class LightTree {
   /// same, because smaller clusters are bounded more tightly.
   [[nodiscard]] bool may_light(const LightSampleContext& receiver) const noexcept;
   /// `place` is one of [0, kUnits), all equally likely.
-  [[nodiscard]] Optional<SampledLight> pick(const LightSampleContext& receiver, std::int64_t place) const noexcept;
+  [[nodiscard]] Optional<PickedLight> pick(const LightSampleContext& receiver, std::int64_t place) const noexcept;
   /// Probability with which `pick` gives the light, to the last bit.
   [[nodiscard]] float pmf(const LightSampleContext& receiver, std::uint32_t light) const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const noexcept {

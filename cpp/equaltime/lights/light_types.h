@@ -1,6 +1,6 @@
-// What every light gives and takes. A light is sampled as seen from a receiving point; pdfs are per solid angle there.
-// Radiance leaves a surface light from its front side only. A sample's pdf includes the pick probability that it is
-// given; a density of its own, `pdf`, does not: there Lights multiplies.
+// Types that all lights share. A light is sampled as seen from a receiving point; pdfs are per solid angle there.
+// Radiance leaves a surface light from its front side only. The pdf of a light's `sample` includes the probability of
+// the pick, which `sample` is given. A light's `pdf` does not include it: Lights multiplies by it.
 #pragma once
 
 #include "equaltime/math/spectrum.h"
@@ -16,7 +16,7 @@ struct LightSampleContext {
 };
 
 /// One of many lights, and the probability of this choice.
-struct SampledLight {
+struct PickedLight {
   std::uint32_t light;
   float pmf;
 };

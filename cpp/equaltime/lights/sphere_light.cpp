@@ -11,6 +11,15 @@
 
 namespace equaltime {
 
+namespace {
+
+/// Density of the directions that are uniform in a cone.
+float cone_pdf(double one_minus_cos_max) noexcept {
+  return static_cast<float>(1 / (2 * std::numbers::pi * one_minus_cos_max));
+}
+
+}  // namespace
+
 bool SphereLight::faces(Vec3f receiver, const Vec3d& to_center, double distance) const noexcept {
   if (!inward_) return distance > radius_;
   // A receiver on the sphere itself sees the rest of it, on whichever side its rounding may have put it.
@@ -44,7 +53,7 @@ SphereLight::Direction SphereLight::sample_cone(Point2f u, double distance) cons
   const double half_chord = std::sqrt(std::max(0.0, square(radius_) - square(distance) * sin2));
   return {{sine * static_cast<double>(cos_phi), sine * static_cast<double>(sin_phi), cosine},
           distance * cosine - half_chord,
-          static_cast<float>(1 / (2 * std::numbers::pi * range))};
+          cone_pdf(range)};
 }
 
 Optional<LightSample<float>> SphereLight::sample(Vec3f receiver, Point2f u, float pmf) const noexcept {
@@ -57,11 +66,11 @@ Optional<LightSample<float>> SphereLight::sample(Vec3f receiver, Point2f u, floa
   const Vec3d direction = FrameD::from_normal(axis).to_world(drawn.local);
   const Vec3d outward = normalize(direction * drawn.along - to_center);
   const Vec3f normal(inward_ ? -outward : outward), point(center_ + outward * radius_);
-  return LightSample<float>{Vec3f(direction),
-                            radiance_,
-                            drawn.pdf * pmf,
-                            static_cast<float>(drawn.along),
-                            {point, normal, point_offset(point, normal)}};
+  return LightSample<float>{.wi = Vec3f(direction),
+                            .radiance = radiance_,
+                            .pdf = drawn.pdf * pmf,
+                            .distance = static_cast<float>(drawn.along),
+                            .target = {point, normal, point_offset(point, normal)}};
 }
 
 float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
@@ -69,7 +78,7 @@ float SphereLight::pdf(Vec3f receiver, Vec3f, Vec3f) const noexcept {
   const double distance = length(to_center);
   if (!faces(receiver, to_center, distance)) return 0;
   if (inward_) return kUniformSpherePdf;
-  return static_cast<float>(1 / (2 * std::numbers::pi * one_minus_cos_max(distance)));
+  return cone_pdf(one_minus_cos_max(distance));
 }
 
 float SphereLight::pdf_direction(Vec3f receiver, Vec3f wi) const noexcept {

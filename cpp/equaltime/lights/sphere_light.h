@@ -7,7 +7,7 @@
 #include "equaltime/lights/light_bounds.h"
 #include "equaltime/lights/light_types.h"
 #include "equaltime/math/motion.h"
-#include "equaltime/sampling/sampler.h"
+#include "equaltime/math/point.h"
 
 namespace equaltime {
 
@@ -26,7 +26,7 @@ class SphereLight {
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
   /// Returns the light where an instance puts it; the instance scales all directions alike.
-  [[nodiscard]] SphereLight placed(const AffineMap& placement) const noexcept;
+  [[nodiscard]] SphereLight placed(const AffineMap& to) const noexcept;
 
  private:
   /// A direction towards the sphere, in a frame whose z axis points to the centre.

@@ -39,7 +39,7 @@ Vec3f TexturedAreaLight<Flat>::point_at(Point2d place) const noexcept {
 template <class Flat>
 typename TexturedAreaLight<Flat>::View TexturedAreaLight<Flat>::view(Vec3f receiver) const noexcept {
   View view{std::nullopt, 0};
-  if (flat_.is_near(receiver)) view.flat = NearView<typename Flat::Shape>::of(flat_.surface_.edges, receiver);
+  if (flat_.is_near(receiver)) view.flat = SolidAngleSampling<typename Flat::Shape>::of(flat_.surface_.edges, receiver);
   if (view.flat) view.share = std::clamp(1 / picture_->contrast(), kLeastOfView, 1.0);
   return view;
 }
@@ -71,8 +71,11 @@ Optional<LightSample<float>> TexturedAreaLight<Flat>::sample(Vec3f receiver, Poi
   if (!(pdf > 0)) return std::nullopt;
   const Vec3f to_light = point - receiver;
   const float distance = std::sqrt(length_squared(to_light));
-  return LightSample<float>{
-      to_light * (1 / distance), flat_.radiance_, pdf, distance, {point, flat_.surface_.normal, flat_.surface_.offset}};
+  return LightSample<float>{.wi = to_light * (1 / distance),
+                            .radiance = flat_.radiance_,
+                            .pdf = pdf,
+                            .distance = distance,
+                            .target = {point, flat_.surface_.normal, flat_.surface_.offset}};
 }
 
 template <class Flat>

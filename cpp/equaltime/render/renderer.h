@@ -4,6 +4,7 @@
 // the token is allowed. Any number of Renderers may share a scene.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -22,8 +23,8 @@ struct RenderOptions {
   unsigned threads = 0;          // 0: as many as the machine has
   std::uint32_t tile = 16;       // pixels along a block's side
   std::uint32_t replicates = 2;  // of the film
-  /// Nets of a pixel: independent scramblings of the sampler's point set. One for each replicate; or 1, and its halves
-  /// are the replicates.
+  /// Nets of a pixel: independent scramblings of the sampler's point set. Either as many as replicates; or 1, and the
+  /// two halves of the net are the replicates.
   std::uint32_t nets = 2;
   std::uint32_t second_net = 0;  // with one net: one of this many pixels has a second net (`SecondNets`); 0: none
   bool pixel_rays = false;       // count the rays of every pixel's samples in the image
@@ -49,8 +50,8 @@ class Renderer {
   /// was requested before the call renders nothing.
   bool advance(std::uint64_t samples, std::stop_token cancel, std::optional<double> seconds = {});
 
-  /// Progress of the passes: every pixel has `done` samples. In blocks before `next_block` it has `target` samples,
-  /// unless the block was abandoned.
+  /// Progress of the passes. The current pass takes every pixel from `done` to `target` samples. Blocks before
+  /// `next_block` have `target` samples, unless they were abandoned.
   struct Position {
     std::uint64_t done = 0, target = 0;
     std::size_t next_block = 0;

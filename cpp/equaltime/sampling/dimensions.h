@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "equaltime/base/bits.h"
+#include "equaltime/math/numeric.h"
 #include "equaltime/sampling/decisions.h"
 
 namespace equaltime {
@@ -18,7 +19,7 @@ inline constexpr std::uint32_t kDimensions = 5 + 7 * kDimensionBounces;
 inline constexpr std::uint32_t kDimensionSlots = kCameraSlots + kDimensionBounces * kBounceSlots;
 
 /// The first dimension of each slot, counted from 1; 0: it has none, as all slots from kDimensionSlots on. Two
-/// decisions that never enter the same product share their dimensions: a vertex's light point and its BSDF direction
+/// decisions share dimensions if no contribution of a path contains both: a vertex's light point and its BSDF direction
 /// do, and its choices of a light and of a lobe.
 inline constexpr std::array<std::uint8_t, kDimensionSlots + 1> kFirstDimension = [] {
   std::array<std::uint8_t, kDimensionSlots + 1> first{};

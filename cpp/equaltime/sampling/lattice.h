@@ -1,6 +1,6 @@
 // One rank-1 lattice for all dimensions of a path, in van der Corput order. Point i has the coordinate i' z / 2^32 +
-// shift modulo 1: i' is the bit-reversed index, and z is the dimension's component of the vector. Any 2^k points from
-// a multiple of 2^k on are a shifted lattice. Each pixel and slot has a random shift of its own.
+// shift modulo 1: i' is the bit-reversed index, and z is the dimension's component of the vector. Points m·2^k to
+// (m + 1)·2^k - 1 are a shifted lattice, for all m and k. Each pixel and slot has a random shift of its own.
 #pragma once
 
 #include <algorithm>

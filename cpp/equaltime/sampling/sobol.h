@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "equaltime/base/bits.h"
+#include "equaltime/math/numeric.h"
 #include "equaltime/sampling/dimensions.h"
 #include "equaltime/sampling/sobol_directions.h"
 

@@ -58,7 +58,7 @@ bool Lights::any_projects() const noexcept {
   });
 }
 
-Optional<LightSample<float>> Lights::sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept {
+Optional<LightSample<float>> Lights::sample_delta(const PickedLight& pick, Vec3f receiver) const noexcept {
   const DeltaLight& light = deltas_[pick.light - deltas_begin_];
   return of(light,
             [&](const auto& l) noexcept -> Optional<LightSample<float>> { return l.sample(receiver, pick.pmf); });
@@ -95,7 +95,7 @@ void Lights::prepare(LightSelection selection, EnvironmentSampling environment) 
 // receiver. Probabilities by power would starve one side: indoors the infinite lights, under a bright sky the finite
 // ones.
 
-Optional<SampledLight> Lights::pick_by_tree(const LightSampleContext& receiver, std::uint64_t bits) const noexcept {
+Optional<PickedLight> Lights::pick_by_tree(const LightSampleContext& receiver, std::uint64_t bits) const noexcept {
   constexpr int kSpare = 64 - LightTree::kUnitBits;
   if (distant_.empty()) return tree().pick(receiver, static_cast<std::int64_t>(bits >> kSpare));
   const bool may_be_near = tree().may_light(receiver);
@@ -106,7 +106,7 @@ Optional<SampledLight> Lights::pick_by_tree(const LightSampleContext& receiver, 
     return pick;
   }
   const std::uint32_t i = distant_.sample(may_be_near ? bits << 1 : bits);
-  return SampledLight{distant_begin_ + i, half * distant_.pmf(i)};
+  return PickedLight{distant_begin_ + i, half * distant_.pmf(i)};
 }
 
 float Lights::tree_pmf(std::uint32_t light, const LightSampleContext& receiver) const noexcept {

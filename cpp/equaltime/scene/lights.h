@@ -87,9 +87,9 @@ class Lights {
   }
   /// The two steps of `sample`: `pick` selects a light, the next samples it. `pick` returns nothing if no light can
   /// reach the receiver.
-  [[nodiscard]] EQUALTIME_INLINE Optional<SampledLight> pick(LightSelection selection, LightQuery at) const noexcept;
+  [[nodiscard]] EQUALTIME_INLINE Optional<PickedLight> pick(LightSelection selection, LightQuery at) const noexcept;
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(SampledLight pick, EnvironmentSampling environment,
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample(PickedLight pick, EnvironmentSampling environment,
                                                                      LightQuery at) const noexcept;
 
   /// Whether the light can be sampled as directions: it is no point, and shows the receiver its front.
@@ -135,10 +135,10 @@ class Lights {
   }
   /// The sample without its light's number.
   template <Effects E>
-  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample_picked(SampledLight pick,
+  [[nodiscard]] EQUALTIME_INLINE Optional<LightSample<float>> sample_picked(PickedLight pick,
                                                                             EnvironmentSampling environment,
                                                                             LightQuery at) const noexcept;
-  [[nodiscard]] Optional<LightSample<float>> sample_delta(const SampledLight& pick, Vec3f receiver) const noexcept;
+  [[nodiscard]] Optional<LightSample<float>> sample_delta(const PickedLight& pick, Vec3f receiver) const noexcept;
   [[nodiscard]] Optional<LightSample<float>> sample_environment(EnvironmentSampling sampling, const Sampler& sampler,
                                                                 std::uint32_t bounce, float pmf) const noexcept;
   [[nodiscard]] EQUALTIME_INLINE float pick_pmf(LightSelection selection, std::uint32_t light,
@@ -146,8 +146,8 @@ class Lights {
     if (selection == LightSelection::tree) return tree_pmf(light, receiver);
     return tables_[static_cast<std::size_t>(selection)].pmf(light);
   }
-  [[nodiscard]] Optional<SampledLight> pick_by_tree(const LightSampleContext& receiver,
-                                                    std::uint64_t bits) const noexcept;
+  [[nodiscard]] Optional<PickedLight> pick_by_tree(const LightSampleContext& receiver,
+                                                   std::uint64_t bits) const noexcept;
   [[nodiscard]] float tree_pmf(std::uint32_t light, const LightSampleContext& receiver) const noexcept;
   [[nodiscard]] const LightTree& tree() const noexcept { return *lazy_tree_->made.load(std::memory_order_acquire); }
 
@@ -168,18 +168,18 @@ class Lights {
   std::uint32_t deltas_begin_ = 0, distant_begin_ = 0, environment_begin_ = 0, size_ = 0;
 };
 
-EQUALTIME_INLINE Optional<SampledLight> Lights::pick(LightSelection selection, LightQuery at) const noexcept {
+EQUALTIME_INLINE Optional<PickedLight> Lights::pick(LightSelection selection, LightQuery at) const noexcept {
   if (!any_power()) return std::nullopt;
-  if (size_ == 1) return SampledLight{0, 1};
+  if (size_ == 1) return PickedLight{0, 1};
   const std::uint64_t bits = at.sampler.bits(slot(BounceDecision::light_pick, at.bounce));
   if (selection == LightSelection::tree) return pick_by_tree(at.receiver, bits);
   const AliasTable& table = tables_[static_cast<std::size_t>(selection)];
   const std::uint32_t light = table.sample(bits);
-  return SampledLight{light, table.pmf(light)};
+  return PickedLight{light, table.pmf(light)};
 }
 
 template <Effects E>
-EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, EnvironmentSampling environment,
+EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(PickedLight pick, EnvironmentSampling environment,
                                                              LightQuery at) const noexcept {
   auto sample = sample_picked<E>(pick, environment, at);
   sample->light = pick.light;
@@ -187,7 +187,7 @@ EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample(SampledLight pick, 
 }
 
 template <Effects E>
-EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample_picked(SampledLight pick, EnvironmentSampling environment,
+EQUALTIME_INLINE Optional<LightSample<float>> Lights::sample_picked(PickedLight pick, EnvironmentSampling environment,
                                                                     LightQuery at) const noexcept {
   if constexpr (E.environment)
     if (pick.light >= environment_begin_) return sample_environment(environment, at.sampler, at.bounce, pick.pmf);

@@ -19,7 +19,7 @@ Vec3f bumped(const Derivatives& d, Point2f rise, const Vec3f& n, const Vec3f& ge
 
 }  // namespace
 
-void Scene::perturb_frame(const NormalMap& b, Interaction& it, float time) const noexcept {
+void Scene::apply_normal_map(const NormalMap& b, Interaction& it, float time) const noexcept {
   const Derivatives d = geometry.derivatives(it, time);
   const Texture& texture = appearance.textures[b.texture];
   const Vec3f n = it.frame.n;

@@ -42,7 +42,7 @@ struct Camera {
   FilmDescription film;
 };
 
-/// Choices of the description that change the image beside its parts; see SceneDescription.
+/// Rules of the description for the counting of path vertices and for visible emitters; see SceneDescription.
 struct PathRules {
   bool count_null_interfaces = true;
   bool hides_emitters = false;
@@ -52,7 +52,7 @@ struct Scene {
   SceneGeometry geometry;       // surfaces: which one a ray meets, and where exactly
   Appearance appearance;        // materials and textures
   Volumes volumes;              // media and nested dielectrics
-  Lights lights;                // and how one is sampled
+  Lights lights;                // all of them, and how one is picked and sampled
   Camera camera;                // sensor, pixel filter and film
   PathRules rules;              // how null surfaces count, and whether emitters are visible
   Normalization normalization;  // units of the description
@@ -63,19 +63,19 @@ struct Scene {
   template <Effects E>
   EQUALTIME_INLINE void tilt_frame(std::uint32_t leaf, Interaction& it, float time) const noexcept {
     if constexpr (E.normal_maps)
-      if (const auto& map = appearance.materials[leaf].normal_map) perturb_frame(*map, it, E.motion ? time : 0);
+      if (const auto& map = appearance.materials[leaf].normal_map) apply_normal_map(*map, it, E.motion ? time : 0);
   }
-  /// BSDF of a leaf at a point. `own` stores a BSDF made by textures.
+  /// BSDF of a leaf at a point. `made` stores a BSDF made by textures.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE const Bsdf& bsdf(std::uint32_t leaf, const Interaction& it,
-                                                  std::optional<Bsdf>& own) const noexcept {
+                                                  std::optional<Bsdf>& made) const noexcept {
     const Material& material = appearance.materials[leaf];
     if constexpr (E.textures)
-      if (!material.bindings.empty()) return material.at(appearance.textures, geometry.texture_coords(it), own);
+      if (!material.bindings.empty()) return material.at(appearance.textures, geometry.texture_coords(it), made);
     return material.bsdf;
   }
   /// Applies a normal or bump map to the shading frame of the interaction.
-  void perturb_frame(const NormalMap& map, Interaction& it, float time) const noexcept;
+  void apply_normal_map(const NormalMap& map, Interaction& it, float time) const noexcept;
   /// Radiance that the front of an emissive surface sends back along the ray.
   template <Effects E>
   [[nodiscard]] EQUALTIME_INLINE Spectrum radiance(const Interaction& it) const noexcept {

@@ -25,7 +25,7 @@ struct SurfaceEmission {
 /// Media on both sides.
 struct SurfaceMedia {
   std::uint32_t sides[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
-  bool sets_medium = false;                 // for a path that leaves the surface; otherwise it stays unchanged
+  bool sets_medium = false;                 // a path that leaves takes one of `sides`; else it keeps its medium
   std::uint8_t rank = kNoRank;              // of the dielectric inside
 };
 
@@ -43,7 +43,7 @@ struct MeshAttributes {
 /// How an analytic shape is parametrised.
 struct ShapeParametrization {
   std::uint8_t kind = 0;  // place in AnalyticShapes
-  Vec3f pole;             // axis of the azimuth; a cylinder's has the cylinder's length
+  Vec3f pole;             // axis of the azimuth; as long as a cylinder is
   Vec3f azimuth[2];       // directions of azimuth 0° and 90°; for a disk, their lengths are its radii
   float radius = 0;
 };
@@ -57,7 +57,7 @@ struct Surface {
   bool anisotropic = false;  // a BSDF looks at the azimuth of directions
   MeshAttributes mesh;
   ShapeParametrization analytic;
-  std::uint32_t source_shape = kNone;  // shape of the description that a moving group's shape stands for
+  std::uint32_t source_shape = kNone;  // number in the description, of a shape in a moving group
 };
 
 }  // namespace equaltime

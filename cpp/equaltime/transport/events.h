@@ -64,7 +64,7 @@ struct VertexReached {
 
 /// A light was picked; nothing if no light can reach the vertex.
 struct LightPicked {
-  Optional<SampledLight> pick;
+  Optional<PickedLight> pick;
 };
 
 /// A point or a direction of the light was sampled. `bsdf`: the BSDF's value towards it.

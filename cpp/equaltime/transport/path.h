@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/scene/scene.h"
@@ -20,17 +21,17 @@ template <Effects E, Observer O>
 [[nodiscard]] Spectrum trace_path(const Scene& scene, const Settings& settings, const Ray& camera_ray, float time,
                                   const Sampler& sampler, PathCopies<E> copies, O& observer) noexcept(!O::allocates) {
   PathState<E> path{camera_ray, time, sampler, PathMediumState<E>(scene, camera_ray, time)};
-  std::optional<Bsdf> own;  // BSDF that textures make at the vertex; declared once, because it is large
+  std::optional<Bsdf> made;  // BSDF that textures make at the vertex; declared once, because it is large
   for (;;) {
     if (path.bounce() % kCancelInterval == kCancelInterval - 1 && observer.cancelled()) [[unlikely]]
       return path.L;
-    const VertexNumbers u = path.sampler.vertex(path.bounce());  // before the ray is traced: both overlap then
-    const Ray ray = path.ray;  // a copy: by reference it would hold all of the path in memory
+    const VertexNumbers u = path.sampler.vertex(path.bounce());  // before tracing: the processor does both at once
+    const Ray ray = path.ray;                                    // a copy: a reference would force the path into memory
     tell<event::RayTraced>(observer, ray, path.time, path.previous, path.beta, path.L);
     auto hit = closest<E>(scene.geometry, ray, path.time, observer);
     tell<event::RayHit>(observer, ray, hit.it ? &*hit.it : nullptr);
     Vertex v;
-    const Arrival arrival = arrive<E>(scene, settings, path, hit, v, own, observer);
+    const Arrival arrival = arrive<E>(scene, settings, path, hit, v, made, observer);
     bool goes_on = arrival == Arrival::crosses;
     if (arrival == Arrival::scatters) [[likely]] {
       const Interaction& it = *hit.it;

@@ -21,7 +21,7 @@ struct PathState {
   float time;  // of the whole path, in [0, 1]; 0 if nothing moves
   NumbersOf<E> sampler;
   PathMediumState<E> media;                 // the media and dielectrics that hold the ray
-  HiddenEmitters<E> hidden_emitters{true};  // so far
+  HiddenEmitters<E> hidden_emitters{true};  // true: nothing has scattered the path yet
   Spectrum L{}, beta{1};                    // radiance gathered; throughput
   float hidden_from_roulette = 1;  // factors of beta that roulette does not see: 1/eta² of refraction, 1/n of splitting
   PreviousVertex previous{};
@@ -35,8 +35,11 @@ struct PathState {
   [[nodiscard]] EQUALTIME_INLINE bool at_max_depth(const Settings& settings) const noexcept {
     return depth >= settings.max_depth;
   }
-  /// Takes back that the vertex counts for max_depth: light went straight on through it.
-  EQUALTIME_INLINE void count_as_crossed() noexcept { --depth, ++crossed; }
+  /// Takes back that the vertex counts for max_depth, since the path crossed the surface. `bounce` stays as it is.
+  EQUALTIME_INLINE void count_as_crossed() noexcept {
+    --depth;
+    ++crossed;
+  }
   /// Multiplies the throughput by the weight of a sampled direction.
   EQUALTIME_INLINE void apply_weight(const ScatterSample& s) noexcept {
     beta *= s.weight;
@@ -56,7 +59,10 @@ struct PathState {
   EQUALTIME_INLINE void cross(const Scene& scene, const Interaction& it, bool counts) noexcept {
     ray = it.spawn(-it.wo, false);
     media.leave(scene, it, false);
-    counts ? static_cast<void>(++depth) : static_cast<void>(++crossed);
+    if (counts)
+      ++depth;
+    else
+      ++crossed;
   }
 };
 

@@ -1,7 +1,7 @@
 // The steps of a path, in the order in which trace_path (path.h) takes them: arrive at a vertex, scatter there, depart.
 #pragma once
 
-#include <limits>
+#include <optional>
 
 #include "equaltime/base/effects.h"
 #include "equaltime/scene/scene.h"
@@ -34,17 +34,17 @@ template <Effects E>
   return path.media.here().hides(scene.geometry, it.shape) || path.hidden_emitters.skips(scene, it, path.depth);
 }
 
-/// Finds the BSDF that scatters at the surface, if one does there: the surface may absorb, let the path cross it, or
-/// lie beyond max_depth.
+/// Decides what the surface does to the path: it ends it (absorbs, or lies beyond max_depth), lets it cross, or
+/// scatters it by the BSDF that is put into `v`. `made` stores a BSDF that textures or an exterior dielectric make.
 template <Effects E>
-[[nodiscard]] EQUALTIME_INLINE Arrival find_bsdf(const Scene& scene, const Settings& settings, PathState<E>& path,
-                                                 Interaction& it, Vertex& v, std::optional<Bsdf>& own) noexcept {
+[[nodiscard]] EQUALTIME_INLINE Arrival meet_surface(const Scene& scene, const Settings& settings, PathState<E>& path,
+                                                    Interaction& it, Vertex& v, std::optional<Bsdf>& made) noexcept {
   v.material = scene.geometry.material(it);
-  // Surfaces that do not count are crossed even beyond max_depth. Those that scatter are delta there (thin glass), so
-  // that no direct light is added.
-  const bool crossing_is_free = E.masks && !scene.rules.count_null_interfaces;
+  // If crossings do not count, null surfaces and thin glass can still be crossed at max_depth. Thin glass is delta, so
+  // that no direct light is added there.
+  const bool crossings_do_not_count = E.masks && !scene.rules.count_null_interfaces;
   const bool absorbs = v.material == kNone;
-  if ((path.at_max_depth(settings) && !crossing_is_free) || absorbs) return Arrival::ends;
+  if ((path.at_max_depth(settings) && !crossings_do_not_count) || absorbs) return Arrival::ends;
   if constexpr (E.masks) {
     const double u = path.sampler.get_1d_precise(slot(BounceDecision::material, path.bounce()));
     v.material = scene.choose_component(v.material, it, u);
@@ -54,8 +54,9 @@ template <Effects E>
     }
   }
   scene.tilt_frame<E>(v.material, it, path.time);
-  v.scatterer = path.media.here().with_exterior(scene, it, scene.bsdf<E>(v.material, it, own), own);
-  v.may_cross = crossing_is_free && v.scatterer.is_thin();
+  const Bsdf& bsdf = scene.bsdf<E>(v.material, it, made);
+  v.scatterer = path.media.here().with_exterior(scene, it, bsdf, made);  // reads bsdf before it replaces `made`
+  v.may_cross = crossings_do_not_count && v.scatterer.is_thin();
   if (E.masks && path.at_max_depth(settings) && !v.may_cross) return Arrival::ends;
   return Arrival::scatters;
 }
@@ -64,7 +65,7 @@ template <Effects E>
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive_at_surface(const Scene& scene, const Settings& settings,
                                                          PathState<E>& path, Optional<Interaction>& it, Vertex& v,
-                                                         std::optional<Bsdf>& own,
+                                                         std::optional<Bsdf>& made,
                                                          O& observer) noexcept(!O::allocates) {
   if constexpr (E.media || E.hidden_emitters)
     if (it && is_hidden(scene, path, *it)) {
@@ -72,19 +73,19 @@ template <Effects E, Observer O>
       return Arrival::crosses;
     }
   add_emission<E>(scene, settings, path, it, observer);
-  return it ? find_bsdf<E>(scene, settings, path, *it, v, own) : Arrival::ends;
+  return it ? meet_surface<E>(scene, settings, path, *it, v, made) : Arrival::ends;
 }
 
-/// Samples the distance to the next vertex, adds the emission there, and finds what scatters. `own` stores a BSDF that
+/// Samples the distance to the next vertex, adds the emission there, and finds what scatters. `made` stores a BSDF that
 /// textures or an exterior dielectric make.
 template <Effects E, Observer O>
 [[nodiscard]] EQUALTIME_INLINE Arrival arrive(const Scene& scene, const Settings& settings, PathState<E>& path,
-                                              SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& own,
+                                              SurfaceIntersection<E>& hit, Vertex& v, std::optional<Bsdf>& made,
                                               O& observer) noexcept(!O::allocates) {
   const PhaseFunction* phase = path.media.sample_distance(scene, path.ray, path.sampler, path.bounce(), path.beta, hit);
   Optional<Interaction>& it = hit.it;
   tell<event::DistanceSampled>(observer, it ? &*it : nullptr, phase != nullptr, path.beta);
-  if (phase == nullptr) return arrive_at_surface<E>(scene, settings, path, it, v, own, observer);
+  if (phase == nullptr) return arrive_at_surface<E>(scene, settings, path, it, v, made, observer);
   v.scatterer = Scatterer(*phase);
   return path.at_max_depth(settings) ? Arrival::ends : Arrival::scatters;
 }
@@ -111,17 +112,31 @@ template <Effects E, Observer O>
   } else if (replaces_bsdf_sampling(settings.technique)) [[unlikely]] {
     const Interaction it_copy = it;  // see sample_one_direction
     const Sampler sampler_copy = path.sampler;
-    const OneSampleEstimate estimate = sample_one_direction<E>(
-        {scene, settings, it_copy, v.scatterer, path.media.here(), sampler_copy, bounce, path.depth, path.time}, u,
-        observer);
+    const VertexContext<E> vertex{.scene = scene,
+                                  .settings = settings,
+                                  .it = it_copy,
+                                  .scatterer = v.scatterer,
+                                  .media = path.media.here(),
+                                  .sampler = sampler_copy,
+                                  .bounce = bounce,
+                                  .depth = path.depth,
+                                  .time = path.time};
+    const OneSampleEstimate estimate = sample_one_direction<E>(vertex, u, observer);
     add_direct_light<E>(path, estimate.direct, observer);
     path.previous.mixed = estimate.mixed;
     scattered = estimate.scattered;
   } else {
     if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
-    const VertexContext<E> at{scene,        settings, it,         v.scatterer, path.media.here(),
-                              path.sampler, bounce,   path.depth, path.time};
-    const Spectrum direct = direct_light<E>(at, u.light_point, observer);
+    const VertexContext<E> vertex{.scene = scene,
+                                  .settings = settings,
+                                  .it = it,
+                                  .scatterer = v.scatterer,
+                                  .media = path.media.here(),
+                                  .sampler = path.sampler,
+                                  .bounce = bounce,
+                                  .depth = path.depth,
+                                  .time = path.time};
+    const Spectrum direct = direct_light<E>(vertex, u.light_point, observer);
     add_direct_light<E>(path, direct, observer);
     if constexpr (E.splitting) {
       if (copies.due()) {
@@ -159,9 +174,10 @@ template <Effects E, Observer O>
                                            const Interaction& it, const Vertex& v, const ScatterSample& scattered,
                                            O& observer) noexcept(!O::allocates) {
   if (v.may_cross && !scattered.above) path.count_as_crossed();
-  if (E.masks && path.at_max_depth(settings)) return false;
+  if (E.masks && path.at_max_depth(settings)) return false;  // thin glass that was to be crossed, but reflects
   path.apply_weight(scattered);
-  if (!(0 < path.beta.sum() && path.beta.sum() < std::numeric_limits<float>::infinity())) [[unlikely]] {
+  // One test on the usual way, of the sum. A sum may overflow although no component does: such a path goes on.
+  if (!(0 < path.beta.sum() && path.beta.sum() < kInfinity)) [[unlikely]] {
     if (path.beta.is_black()) return false;
     if (!path.beta.is_finite()) {  // Makes the radiance not finite too, so that the renderer reports the sample.
       path.L += path.beta;

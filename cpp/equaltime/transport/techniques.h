@@ -18,36 +18,36 @@ struct OneSampleEstimate {
 /// therefore unbiased by itself, and no other light's pdf is needed. `emission_mis_weight` says which emitters count
 /// that the ray then meets. A delta light is sampled as ever, and the BSDF draws every direction.
 template <Effects E, Observer O>
-[[nodiscard]] OneSampleEstimate mixture_vertex(VertexContext<E> at, VertexNumbers u,
+[[nodiscard]] OneSampleEstimate mixture_vertex(VertexContext<E> vertex, VertexNumbers u,
                                                O& observer) noexcept(!O::allocates) {
-  const Lights& lights = at.scene.lights;
-  const LightSampleContext receiver = receiver_at<E>(at.it, at.scatterer);
-  const LightQuery query{receiver, at.sampler, at.bounce, u.light_point, at.time};
-  const auto picked = lights.pick(at.settings.light_selection, query);
+  const Lights& lights = vertex.scene.lights;
+  const LightSampleContext receiver = receiver_at<E>(vertex.it, vertex.scatterer);
+  const LightQuery query{receiver, vertex.sampler, vertex.bounce, u.light_point, vertex.time};
+  const auto picked = lights.pick(vertex.settings.light_selection, query);
   tell<event::LightPicked>(observer, picked);
-  const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, at.time);
-  const bool from_light = at.sampler.get_1d(slot(BounceDecision::technique, at.bounce)) < 0.5F;
+  const bool has_directions = picked && lights.has_directions<E>(picked->light, receiver, vertex.time);
+  const bool from_light = vertex.sampler.get_1d(slot(BounceDecision::technique, vertex.bounce)) < 0.5F;
   OneSampleEstimate estimate;
   if (from_light && has_directions) {
-    const auto light = lights.sample<E>(SampledLight{picked->light, 1}, at.settings.environment_sampling, query);
+    const auto light = lights.sample<E>(PickedLight{picked->light, 1}, vertex.settings.environment_sampling, query);
     if (!light) return estimate;
-    const auto [value, above] = eval_bsdf<E>(at.it, at.scatterer, light->wi);
+    const auto [value, above] = eval_bsdf<E>(vertex.it, vertex.scatterer, light->wi);
     estimate.mixed = {picked->light, value.pdf + light->pdf};
     const Spectrum weight = value.f_cos * (2 / estimate.mixed.pdf_sum);
     if (!value.f_cos.is_black()) estimate.scattered = ScatterSample{light->wi, above, weight, value.pdf, false, 1};
     return estimate;
   }
   if (picked && !has_directions) {
-    const auto point = lights.sample<E>(*picked, at.settings.environment_sampling, query);
-    if (point) estimate.direct = direct_light_from<E>(at, *point, observer);
+    const auto point = lights.sample<E>(*picked, vertex.settings.environment_sampling, query);
+    if (point) estimate.direct = direct_light_from<E>(vertex, *point, observer);
   }
-  auto scattered = sample_bsdf<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction);
+  auto scattered = sample_bsdf<E>(vertex.it, vertex.scatterer, vertex.sampler, vertex.bounce, u.bsdf_direction);
   if (!scattered) return estimate;
   float light_pdf = scattered->pdf;  // without a light to aim at, the BSDF draws every direction
   if (has_directions) {
     light_pdf = scattered->delta ? 0.0F
-                                 : lights.pdf_direction<E>(picked->light, at.settings.environment_sampling, receiver,
-                                                           scattered->wi, at.time);
+                                 : lights.pdf_direction<E>(picked->light, vertex.settings.environment_sampling,
+                                                           receiver, scattered->wi, vertex.time);
     scattered->weight *= scattered->delta ? 2.0F : 2 * mis_weight(Heuristic::balance, scattered->pdf, light_pdf);
   }
   estimate.scattered = scattered;
@@ -58,11 +58,11 @@ template <Effects E, Observer O>
 /// Out of line: inlined, it costs the other techniques 4 %. The context must refer to copies of the interaction and the
 /// sampler: references to the path's own would hold them in memory, at 6 %.
 template <Effects E, Observer O>
-[[nodiscard, gnu::noinline]] OneSampleEstimate sample_one_direction(VertexContext<E> at, VertexNumbers u,
+[[nodiscard, gnu::noinline]] OneSampleEstimate sample_one_direction(VertexContext<E> vertex, VertexNumbers u,
                                                                     O& observer) noexcept(!O::allocates) {
-  if (at.settings.technique == Technique::mixture) return mixture_vertex<E>(at, u, observer);
-  return {direct_light<E>(at, u.light_point, observer),
-          sample_uniform<E>(at.it, at.scatterer, at.sampler, at.bounce, u.bsdf_direction)};
+  if (vertex.settings.technique == Technique::mixture) return mixture_vertex<E>(vertex, u, observer);
+  return {direct_light<E>(vertex, u.light_point, observer),
+          sample_uniform<E>(vertex.it, vertex.scatterer, vertex.sampler, vertex.bounce, u.bsdf_direction)};
 }
 
 }  // namespace equaltime

@@ -1,7 +1,7 @@
 // Media along a path: where a medium scatters it, and the transmittance of shadow rays through media and null surfaces.
 // A surface that bounds media sets the ray's medium. Other surfaces leave it unchanged, as in Mitsuba. Among
 // dielectrics with priorities, the one of the highest priority sets it (scene/nesting.h). Distances are computed in
-// float64 from the path's own position. The origin of Embree's ray is offset from it, in a dense medium by many mean
+// float64 from the path's made position. The origin of Embree's ray is offset from it, in a dense medium by many mean
 // free paths.
 #pragma once
 
@@ -71,13 +71,13 @@ requires(E.media) class MediumState<E> {
     const std::uint8_t rank = geometry.surfaces[shape].media.rank;
     return rank != kNoRank && others(rank) != 0 && top_rank(others(rank)) > rank;
   }
-  /// The surface's BSDF, with its index relative to the exterior dielectric if there is one. `own` stores such a BSDF.
+  /// The surface's BSDF, with its index relative to the exterior dielectric if there is one. `made` stores such a BSDF.
   [[nodiscard]] const Bsdf& with_exterior(const Scene& scene, const Interaction& it, const Bsdf& bsdf,
-                                          std::optional<Bsdf>& own) const noexcept {
+                                          std::optional<Bsdf>& made) const noexcept {
     const std::uint8_t rank = scene.geometry.surfaces[it.shape].media.rank;
     if (rank == kNoRank || others(rank) == 0) return bsdf;
     const Bsdf changed = with_exterior_ior(bsdf, scene.volumes.nesting.dielectrics[index(others(rank))].ior);
-    return own.emplace(changed);
+    return made.emplace(changed);
   }
   /// Transmittance of the medium along a shadow ray, up to the surface that it hits or else the light. Moves the path's
   /// position to that surface.
