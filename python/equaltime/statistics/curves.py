@@ -386,12 +386,15 @@ def slope_doubt(runs: Runs, value: float) -> float:
 def _may_be_near(runs: Runs, target: float) -> bool:
     """Tell whether the curve may reach ``target`` within `FARTHEST_REACH` times the longest run.
 
-    It is continued with the steep end of the slope's 95 % interval.
+    It is continued with the steep end of the slope's 95 % interval. With a heavy tail it is continued with -1/2 if that
+    is steeper: medians may rise while rare events are met for the first time, and fall as fast as that later.
     """
     curve = runs.typical if runs.tail else runs.points
     _, level = falling(*curve(np.ones(runs.repeats)))
     steep = jackknife(lambda kept: _outside(runs, *curve(kept), True), runs.repeats).low
     steep = steep if steep > STEEPEST else STEEPEST
+    if runs.tail:
+        steep = min(steep, INDEPENDENT)
     return bool(steep < 0.0 and (math.log(target) - level[-1]) / steep <= math.log(FARTHEST_REACH))
 
 

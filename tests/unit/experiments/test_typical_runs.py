@@ -27,11 +27,13 @@ def test_the_scenes_that_the_answer_leaves_out_have_a_sentence_in_it() -> None:
         return answer_of([box, *others], TARGETS).text.partition("500 ms (400 to 600). ")[2]
 
     assert told() == ""
-    gain = "a typical run of best needs about 33 times less time than one of naive"
-    assert told(hall) == f"On hall, for the error at its end, {gain} (32 to 35)."
-    assert told(hall, room).startswith(f"On 2 other scenes (geometric mean), for the error at its end, {gain} (")
+    gain = "a typical run of best is about 33 times faster than naive"
+    assert told(hall) == f"On hall, {gain} (32 to 35), to the error at its end."
+    assert told(hall, room).startswith(f"On 2 other scenes (geometric mean), {gain} (")
     assert told(dark) == "On dark, no speed-up is known: these runs cannot tell."
-    assert told(hall, dark).endswith("(32 to 35). On dark, no speed-up is known: these runs cannot tell.")
+    assert told(hall, dark).endswith(
+        "(32 to 35), to the error at its end. On dark, no speed-up is known: these runs cannot tell."
+    )
     assert told(dark, replace(dark, name="cave")) == "On 2 other scenes, no speed-up is known: these runs cannot tell."
 
 
@@ -55,8 +57,8 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
     heavy = FAR.bounded("low", "heavy tail: a pixel")
     answer = said((heavy, heavy), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
     assert answer.startswith(
-        "On box, for the error that best has after 2 s (measured 7.07 %), a typical run of best needs about 800 times "
-        "less time than one of naive (300 to 2,000), if the error of naive goes on to fall as 1/sqrt(time). "
+        "On box, a typical run of best is about 800 times faster than naive (300 to 2,000), to the error that it has "
+        "after 2 s (measured 7.07 %); the error of naive is taken to fall as 1/sqrt(time). "
         "No time to a given error can be trusted: "
     )
     assert "heavy tail" in answer
@@ -74,12 +76,22 @@ def test_a_gain_at_the_end_of_the_runs_is_told_with_the_time_at_which_they_ended
             for one in found.strategies
         ),
     )
-    assert "that best has after 520 ms (measured 23.3 %), a typical run" in verdict([early], TARGETS), "not at 1 s"
+    assert "to the error that it has after 520 ms (measured 23.3 %)" in verdict([early], TARGETS), "not at 1 s"
     hidden = replace(points, error=(UNKNOWN,))
     unknown = replace(early, strategies=tuple(replace(one, curve=hidden) for one in early.strategies))
-    assert "that best has after 520 ms, a typical run" in verdict([unknown], TARGETS)
+    assert "to the error that it has after 520 ms;" in verdict([unknown], TARGETS)
     other = replace(found, name="hall")
-    assert "for the error that best has at the end of its runs, a typical" in verdict([early, other], TARGETS)
+    assert "to the error that it has at the end of its runs;" in verdict([early, other], TARGETS)
+
+
+def test_different_winners_are_named_with_their_scenes() -> None:
+    found = scene((UNKNOWN, UNKNOWN), (UNKNOWN, UNKNOWN), efficiency=Interval(90.0, 60.0, 100.0))
+    naive, best = found.strategies
+    tree = replace(best, label="tree", efficiency=Interval(40.0, 30.0, 50.0))
+    lamps = replace(found, name="lamps", standard="tree", strategies=(naive, tree))
+    answer = answer_of([found, lamps], TARGETS)
+    assert "a typical run of best (on box) or tree (on lamps) is about 60 times faster than naive" in answer.text
+    assert "The gain is 40 times on lamps (tree) to 90 times on box (best)." in " ".join([answer.text, *answer.notes])
 
 
 def test_the_gain_is_said_to_grow_where_the_error_of_the_standard_falls_faster_than_the_law() -> None:

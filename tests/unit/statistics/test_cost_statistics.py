@@ -377,6 +377,16 @@ def test_a_time_is_beyond_the_limits_only_if_the_slope_s_interval_says_so() -> N
     assert not any(one.value == math.inf and one.trusted for one in found)
 
 
+def test_a_heavy_tail_hides_how_fast_an_error_falls_in_the_end() -> None:
+    """Medians that hardly fall say nothing beyond the runs, unless even the slope -1/2 does not reach the target."""
+    runs = replace(power_law(), relmse=np.array(SPP) ** -0.1 * np.ones((8, 1)), doubt="rare bright paths")
+    error = math.sqrt(runs.relmse[0, -1])
+    near, far = (time_to_error(runs, share * error) for share in (0.7, 0.05))
+    assert math.isnan(near.value)
+    assert "varies too much" in near.note
+    assert far.note.startswith("not reached in 100 times")
+
+
 def test_a_law_from_few_checkpoints_is_not_trusted_far_beyond_the_runs() -> None:
     runs = replace(power_law(power=-0.5), independent=True)
     last = float(runs.seconds.mean(axis=0)[-1])

@@ -98,16 +98,15 @@ def compared(label: str, ratio: Interval, baseline: str) -> str:
     return f"{label} is about {times(ratio, f'faster than {baseline}', f'slower than {baseline}')}"
 
 
-def less_time(ratio: Interval, other: str = "") -> str:
-    """Return a phrase such as ``about 31 times less time than naive (27 to 35)``.
+def less_time(ratio: Interval) -> str:
+    """Return a phrase such as ``about 31 times less time (27 to 35)``.
 
-    ``ratio`` is the time that ``other`` needs, divided by the strategy's time. ``other`` is left out if it is empty.
+    ``ratio`` is the time that another strategy needs, divided by the strategy's time.
     """
     if ratio.low <= 1.0 <= ratio.high:
         inverse = ratio.map(lambda value: 1.0 / value)
-        return f"{about(inverse)} times the time{f' of {other}' if other else ''} {span(inverse)}"
-    than = f" than {other}" if other else ""
-    return f"about {times(ratio, f'less time{than}', f'more time{than}')}"
+        return f"{about(inverse)} times the time {span(inverse)}"
+    return f"about {times(ratio, 'less time', 'more time')}"
 
 
 def times(ratio: Interval, above: str, below: str) -> str:

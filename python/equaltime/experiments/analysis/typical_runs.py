@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from equaltime.experiments.analysis.sentences import joined, less_time, where
+from equaltime.experiments.analysis.sentences import compared, joined, listed, where
 from equaltime.experiments.model.summary import SceneResult, StrategyResult
 from equaltime.statistics.curves import BELOW, INDEPENDENT, TOO_NOISY
 from equaltime.statistics.in_words import about
@@ -27,13 +27,21 @@ def typical_gain(scenes: Sequence[SceneResult]) -> str:
     found = with_gain(scenes)
     if not found:
         return ""
-    labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
+    labels, baseline = _named(found), joined(scene.baseline for scene, _ in found)
     place = where([scene.name for scene, _ in found], len(scenes))
     gain = product_mean([strategy.efficiency for _, strategy in found])
     return (
-        f"{place}, for the error that {labels} has {_end(found)}, a typical run of {labels} needs "
-        f"{less_time(gain, f'one of {baseline}')}, if the error of {baseline} goes on to fall as 1/sqrt(time)."
+        f"{place}, {compared(f'a typical run of {labels}', gain, baseline)}, to the error that it has {_end(found)}; "
+        f"the error of {baseline} is taken to fall as 1/sqrt(time)."
     )
+
+
+def _named(found: Sequence[Found]) -> str:
+    """Return the labels of strategies; of different ones with their scenes: ``tree (on lamps) or power (on room)``."""
+    scenes = {strategy.label: [scene.name for scene, s in found if s.label == strategy.label] for _, strategy in found}
+    if len(scenes) == 1:
+        return next(iter(scenes))
+    return joined(f"{label} (on {listed(names)})" for label, names in scenes.items())
 
 
 def _end(found: Sequence[Found]) -> str:
@@ -57,9 +65,9 @@ def elsewhere(scenes: Sequence[SceneResult], target: float) -> str:
     told = []
     if found:
         place = found[0][0].name if len(found) == 1 else f"{len(found)} other scenes (geometric mean)"
-        labels, baseline = joined(s.label for _, s in found), joined(scene.baseline for scene, _ in found)
-        less = less_time(product_mean([strategy.efficiency for _, strategy in found]), f"one of {baseline}")
-        told.append(f"On {place}, for the error at its end, a typical run of {labels} needs {less}.")
+        gain = product_mean([strategy.efficiency for _, strategy in found])
+        faster = compared(f"a typical run of {_named(found)}", gain, joined(scene.baseline for scene, _ in found))
+        told.append(f"On {place}, {faster}, to the error at its end.")
     if lacking:
         place = lacking[0].name if len(lacking) == 1 else f"{len(lacking)} other scenes"
         reasons = {_why_unknown(scene, target) for scene in lacking}
@@ -104,7 +112,11 @@ def typical_ends(scenes: Sequence[SceneResult]) -> str:
     found = sorted(with_gain(scenes), key=lambda one: one[1].efficiency.value)
     if len(found) < 2:
         return ""
-    least, most = (f"{about(one[1].efficiency)} times on {one[0].name}" for one in (found[0], found[-1]))
+    several = len({strategy.label for _, strategy in found}) > 1
+    least, most = (
+        f"{about(strategy.efficiency)} times on {scene.name}{f' ({strategy.label})' if several else ''}"
+        for scene, strategy in (found[0], found[-1])
+    )
     return f"The gain is {least} to {most}."
 
 

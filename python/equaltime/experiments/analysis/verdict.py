@@ -338,7 +338,7 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     typical = typical_gain(scenes)
     if alone is None:
         lacking = f"No time{_of_standards(scenes)} to a given error can be trusted{_reason(scenes)}."
-        return Answer(typical, (lacking,)) if typical else Answer(lacking)
+        return Answer(typical).noted([typical_ends(scenes), lacking]) if typical else Answer(lacking)
     scene, strategy, target = alone
     time = strategy.time_to[target]
     notes = [_extrapolated(time, target), _rare((time,))]
@@ -459,4 +459,6 @@ def _of_standards(scenes: Sequence[SceneResult]) -> str:
 def _reason(scenes: Sequence[SceneResult]) -> str:
     notes = (n.note for _, strategy in standards(scenes) for n in strategy.time_to.values() if not n.trusted)
     first = next((note for note in notes if note), "")
-    return f": {first}" if first else ""
+    clauses = first.split("; ")
+    telling = next((clause for clause in clauses if clause.startswith("heavy tail")), first)
+    return f": {telling}" if telling else ""
