@@ -213,7 +213,11 @@ def _short(found: PriceList, left: int) -> Iterator[str]:
     if depth := other_depth(found.max_depth, found.scene_max_depth):
         yield f"All numbers are for {depth}."
     more = f"{left} more effects, " if left > 0 else ""
-    yield f"{len(found.free)} other effects cost nothing here. -v shows {more}reasons, places and all shares."
+    width, height = found.size
+    yield (
+        f"Measured at {width}x{height}; shares differ at other sizes (--size). {len(found.free)} other effects cost "
+        f"nothing here. -v shows {more}reasons, places and all shares."
+    )
 
 
 def _plainly(kind: Effect) -> str:

@@ -26,6 +26,8 @@ _WORTH_SAYING = 0.05
 _MOST_LIGHTS = 3
 _MUCH_SEEN = 0.25
 """Smallest share of light seen by the camera for which the answer says what to do about it."""
+_TOO_WIDE = 0.5
+"""Width of the 95 % interval of a doubted share of the noise from which the share is not printed."""
 _EDGES = "light seen by the camera is noisy at the edges of lamps and sky, where only more samples help"
 _WIDE = 4.0
 """Upper over lower end of a time's interval, beyond which the answer says how to predict the time more closely."""
@@ -190,6 +192,8 @@ def _light(light: NoiseLight) -> str:
     if not light.direct.known:
         return "too few paths to tell"
     ways = {"direct": light.direct, "indirect": light.indirect, "seen by the camera": light.seen}
+    if light.doubt and max(way.high - way.low for way in ways.values()) > _TOO_WIDE:
+        return "a few bright samples make too much of it to tell (see -v)"
     lamps, surfaces = (
         {WAYS.get(name, name): shares[what] for what, name in short_names(shares).items()}
         for shares in (light.kinds["light"], light.kinds["surface"])

@@ -151,7 +151,7 @@ def render(
             metavar="PERCENT",
             show_default=False,
             help="Leave out effects that together change the picture by less than this, as a pilot measures, and tell "
-            "which and why.",
+            "which and why. The pilot's seconds are not part of --time.",
         ),
     ] = None,
     tev: Tev = None,

@@ -118,8 +118,8 @@ class Focus:
         often = rounded(1.0 / self.share)
         return (
             f"small bright emitters reach the image by way of {self.surfaces}, where samples meet them by chance, at "
-            f"most one in {often}: light that {figure(samples)} samples a pixel have not met is not in the error; more "
-            "samples, or larger and dimmer emitters, bring it in"
+            f"most one in {often}; light that the {figure(samples)} samples of a pixel have not met is not in the "
+            "error; more samples, or larger and dimmer emitters, bring it in"
         )
 
     @classmethod

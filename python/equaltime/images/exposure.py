@@ -84,5 +84,6 @@ def beside_automatic(stops: float, automatic: float) -> str:
     """
     if stops == automatic:
         return ""
-    said = f"--exposure {stops:g} is counted from the scene's own values (0); auto takes {automatic:g} here"
-    return f"{said}, and --exposure {automatic + 1.0:g} is a stop brighter than that"
+    more = abs(stops - automatic)
+    how = f"{more:g} stop{'s' * (more != 1.0)} {'brighter' if stops > automatic else 'darker'}"
+    return f"exposures are counted from the scene's own values (0): auto would be {automatic:g}, and {stops:g} is {how}"

@@ -186,4 +186,6 @@ def _words(change: Interval) -> str:
 
 def _saved(versus: Versus) -> str:
     time = versus.time
-    return f"{100.0 * time.value:.2g} % of the time ({100.0 * time.low:.2g} to {100.0 * time.high:.2g})"
+    if not time.low > 0.0:
+        return f"saves no measurable time (at most {100.0 * max(time.high, 0.0):.2g} %)"
+    return f"saves {100.0 * time.value:.2g} % of the time ({100.0 * time.low:.2g} to {100.0 * time.high:.2g})"

@@ -348,7 +348,8 @@ class Scene(Shown):
             model = changed(model, sensor=changed(model.sensor, shutter_open=opens, shutter_close=closes))
         if max_depth is not None:
             model = changed(model, integrator=deep(model.integrator, max_depth))
-        warnings = self.warnings
+        closed = None if shutter is None else closed_shutter(self.model)  # this call chooses the times
+        warnings = tuple(warning for warning in self.warnings if warning != closed)
         if transparent and not self.transparent:
             model = without_sky(model)
             hides_lamps = model.integrator.hides_emitters and any(isinstance(node, Area) for node in model.nodes())

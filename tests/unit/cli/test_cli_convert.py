@@ -70,8 +70,10 @@ def test_an_exposure_is_told_beside_the_automatic_one(saved: Path, capsys: pytes
         assert main(["convert", str(saved), str(picture), "--exposure", stops]) == 0
         said = f"wrote {picture} ({shown})\n"
         if stops == "1":
-            said += f"--exposure 1 is counted from the scene's own values (0); auto takes {automatic:g} here, "
-            said += f"and --exposure {automatic + 1:g} is a stop brighter than that\n"
+            more = f"{automatic - 1:g} stop{'s' * (automatic != 2.0)} darker"
+            said += (
+                f"exposures are counted from the scene's own values (0): auto would be {automatic:g}, and 1 is {more}\n"
+            )
         assert capsys.readouterr().out == said
 
 

@@ -101,7 +101,7 @@ def test_the_command_that_lists_remarks_reads_the_scene_with_the_same_options(tm
     assert main(shlex.split(told)[1:]) == 0
 
 
-RARE = "light that 12.5 samples a pixel have not met is not in the error"
+RARE = "light that the 12.5 samples of a pixel have not met is not in the error"
 
 
 @pytest.mark.parametrize(

@@ -267,6 +267,8 @@ def test_a_bias_that_is_not_found_has_no_limit_where_it_cannot_be_trusted(tmp_pa
     for found in (first.bias, Interval(-0.28, -0.31, -0.23)):
         cell = bias(replace(first, bias=found.doubted("heavy tail: one pixel")))
         assert (str(cell), cell.state, cell.note) == ("none found", "untrusted", "heavy tail: one pixel")
+    limit = bias(replace(first, bias=Interval(0.02, -0.01, 0.0362).bounded("high", "the picture differs")))
+    assert (str(limit), limit.note) == ("at most 3.62\u202f%", "the picture differs")
     large = bias(replace(first, bias=Interval(0.28, 0.23, 0.31).doubted("heavy tail: one pixel")))
     assert (str(large), large.state) == ("not trusted", "untrusted")
 

@@ -259,7 +259,7 @@ def test_an_error_is_in_doubt_while_few_samples_meet_the_light() -> None:
     assert RARE.doubt(samples=100.0, error=0.1, mean=0.3).endswith(
         "; more samples, or larger and dimmer emitters, bring it in"
     )
-    assert "light that 1,610 samples a pixel" in RARE.doubt(samples=1610.4, error=0.05, mean=0.3)
+    assert "light that the 1,610 samples of a pixel" in RARE.doubt(samples=1610.4, error=0.05, mean=0.3)
     assert RARE.doubt(samples=20_000.0, error=1e-4, mean=0.3) == ""
 
 

@@ -144,7 +144,10 @@ def test_a_share_that_is_not_above_zero_is_none_and_large_memory_is_in_mb(capsys
     assert lines[4] == "none measurable: the lower end of the 95 % interval is 0 or less."
     assert "Always there: principled (90 % ±10 of the noise)." in lines
     assert "Noise: seen by the camera 20 % ±10; falling on floor (b.toml:9) 70 % ±10, a medium 30 % ±10." in lines
-    assert lines[-1] == "2 other effects cost nothing here. -v shows reasons, places and all shares."
+    assert lines[-1] == (
+        "Measured at 8x8; shares differ at other sizes (--size). 2 other effects cost nothing here. -v shows reasons, "
+        "places and all shares."
+    )
     print_effects(found, "b.toml", RENDER, verbose=True)
     told = capsys.readouterr().out
     assert told.count("none measurable: the lower end of") == 1

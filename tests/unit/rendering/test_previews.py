@@ -139,12 +139,12 @@ def test_the_command_says_how_the_preview_is_shown(
     command = ["render", str(scene), "-o", str(tmp_path / "a.exr"), "--spp", "2"]
     assert main(command) == 0
     assert capsys.readouterr().out.rstrip().endswith(f"{tmp_path / 'a.png'} (4 stops brighter)")
-    for stops, shown in (("-2", " (exposure -2)"), ("0", " (exposure 0)")):
+    for stops, shown, how in (("-2", " (exposure -2)", "6 stops"), ("0", " (exposure 0)", "4 stops")):
         assert main([*command, "--exposure", stops]) == 0
         first, told, *_ = capsys.readouterr().out.splitlines()[-2:]
         assert first.endswith(f"{tmp_path / 'a.png'}{shown}")
-        said = f"--exposure {stops} is counted from the scene's own values (0); auto takes 4 here"
-        assert told == f"{said}, and --exposure 5 is a stop brighter than that"
+        said = "exposures are counted from the scene's own values (0): auto would be 4, and"
+        assert told == f"{said} {stops} is {how} darker"
     assert main([*command, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["exposure"] == 4.0
 

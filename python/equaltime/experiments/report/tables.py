@@ -276,13 +276,18 @@ _NONE_FOUND = "none found"
 
 
 def _bias_cell(bias: Interval | None) -> Cell:
-    """Format a bias; one that cannot be told from zero is "none found", with its upper limit if that is trusted."""
+    """Format a bias; one that cannot be told from zero is "none found", with its upper limit if that is trusted.
+
+    A bias of a picture that differs, of which only the upper limit is known, is that limit alone.
+    """
     if bias is None:
         return _NOTHING
     if bias.trusted and bias.value == bias.low == bias.high == 0.0:
         return Cell("none", note=bias.note)
     if bias.trusted and bias.low <= 0.0 < bias.high:
         return Cell(_NONE_FOUND, f"(at most {percent(bias.high)})", bias.note)
+    if bias.bound == "high":
+        return Cell(f"at most {percent(bias.high)}", note=bias.note)
     if not bias.trusted and bias.low <= 0.0:
         return Cell(_NONE_FOUND, note=bias.note, state="untrusted")
     return error_cell(bias)
