@@ -96,9 +96,12 @@ def in_time(interval: Interval) -> str:
 
 
 def about(interval: Interval) -> str:
-    """Return an interval's value as text with two significant digits, or three if rounding would leave the interval."""
-    rounded = float(f"{interval.value:.2g}")
-    return figure(rounded if interval.low <= rounded <= interval.high else interval.value)
+    """Return an interval's value as text with two significant digits, or more if rounding would leave the interval."""
+    short = (float(f"{interval.value:.{digits}g}") for digits in (2, 3))
+    held = next((number for number in short if interval.low <= number <= interval.high), None)
+    if held is None and interval.low <= interval.value <= interval.high:
+        return _texts(interval, 1.0)[0]
+    return figure(interval.value if held is None else held)
 
 
 def count(number: float) -> str:

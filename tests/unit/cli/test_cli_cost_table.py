@@ -116,8 +116,8 @@ def test_the_table_has_the_error_of_the_verdict_and_a_line_says_why_it_is_this_o
     assert why in legend(found, every_row(found))
     far = changed(found, "best", lambda one: replace(one, time_to={**one.time_to, 0.1: replace(HUGE, note="")}))
     beyond = (
-        "Why 10 %: its times are extrapolated. Targets of at least three times the reference's error come first, then "
-        "those known on most scenes, then the nearest to the runs."
+        "Why 10 %: no target is reached within the runs. It is the nearest to them of those that are known on most "
+        "scenes; targets below three times the reference's error come last."
     )
     assert far.headline_rule == beyond
     slow = changed(found, "best", lambda one: replace(one, ratio={**one.ratio, 0.1: replace(HUGE, note="")}))
@@ -137,7 +137,7 @@ def test_a_time_that_is_not_reached_is_explained(tmp_path: Path, capsys: pytest.
     """The error of an unbiased strategy falls on: it reaches every error at some time."""
     never = Interval(math.inf, 60.0, math.inf).noted("not reached in 100 times the longest run")
     found = changed(summary(tmp_path), "naive", lambda one: replace(one, time_to=dict.fromkeys(one.time_to, never)))
-    told = "not reached in 100 times the longest run, or in the runs of a biased strategy"
+    told = "not reached in 100 times the longest run; by a biased strategy, in its runs"
     assert told in printed(found, tmp_path, capsys)
     assert told not in printed(summary(tmp_path), tmp_path, capsys)
 

@@ -182,7 +182,7 @@ def test_a_limit_for_want_of_a_time_has_its_own_sign_and_the_gain_beside_it(tmp_
     assert "\n$<$: less than, since the strategy does not reach the error in 100 times its longest run" in table
     assert r"median over pairs of runs): cut 0.0159$\times$ (0.0142 to 0.0176)\par" in table
     assert "cannot be trusted" not in table
-    assert "\nnot reached: in 100 times the longest run, or in the runs of a biased strategy" in table
+    assert "\nnot reached: in 100 times the longest run; by a biased strategy, in its runs" in table
     faster = replace(best, ratio={0.1: Interval(math.inf, 11.7, math.inf)})
     table = latex_table(replace(found, scenes=(replace(scene, strategies=(naive, faster)),)))
     assert "\n$>$: more than, since the baseline does not reach the error in 100 times its longest run" in table

@@ -94,6 +94,22 @@ def test_different_winners_are_named_with_their_scenes() -> None:
     assert "The gain is 40 times on lamps (tree) to 90 times on box (best)." in " ".join([answer.text, *answer.notes])
 
 
+def test_a_baseline_that_is_the_standard_is_compared_with_the_nearest_rival() -> None:
+    found = scene((TIME, TIME), (UNKNOWN, UNKNOWN))
+    naive, best = found.strategies
+    own = replace(naive, time_to=best.time_to)
+    rival = replace(best, time_to=naive.time_to, efficiency=Interval(0.02, 0.01, 0.04))
+    worse = replace(rival, label="bsdf", efficiency=Interval(0.001, 0.0005, 0.002))
+    alone = replace(found, baseline="naive", standard="naive", strategies=(own, rival, worse))
+    answer = answer_of([alone], TARGETS).text
+    assert (
+        "naive reaches 5 % error in 500 ms (400 to 600). In typical runs, naive is about 50 times faster than" in answer
+    )
+    assert answer.endswith("best (25 to 100), to the error at their end.")
+    unknown = replace(alone, strategies=(own, replace(rival, efficiency=UNKNOWN)))
+    assert answer_of([unknown], TARGETS).text.endswith("It is the baseline of the comparison.")
+
+
 def test_the_gain_is_said_to_grow_where_the_error_of_the_standard_falls_faster_than_the_law() -> None:
     grows = "The error of best falls faster than 1/sqrt(time), so the gain is larger for smaller errors."
     found = scene((TIME, TIME), (UNKNOWN, UNKNOWN), efficiency=RATIO)

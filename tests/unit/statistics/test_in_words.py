@@ -8,7 +8,7 @@ import re
 import pytest
 
 from equaltime.experiments.report.words import seconds_cell
-from equaltime.statistics.in_words import in_percent, in_time, rounded, span
+from equaltime.statistics.in_words import about, in_percent, in_time, rounded, span
 from equaltime.statistics.intervals import UNKNOWN, Interval
 
 
@@ -43,6 +43,12 @@ def test_an_interval_has_as_many_digits_as_tell_its_number_from_its_ends() -> No
     assert f"{Interval(0.0844, 0.0751, 0.0969):%}" == "8.4 % (7.5 to 9.7)"
     assert f"{Interval(0.034567, 0.034512, 0.0357):%}" == "3.46 % (3.45 to 3.57)"
     assert f"{Interval(0.5, 0.5, 0.62)}" == "0.50 (0.50 to 0.62)", "the number is its lower end"
+
+
+def test_a_number_of_few_digits_stays_within_its_interval() -> None:
+    assert about(Interval(1.26, 1.2, 1.31)) == "1.3"
+    assert about(Interval(1.26, 1.2, 1.27)) == "1.26"
+    assert about(Interval(1.0442, 1.0438, 1.0446)) == "1.0442"
 
 
 def test_an_end_of_a_ratio_stays_on_its_side_of_one() -> None:

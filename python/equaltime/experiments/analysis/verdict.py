@@ -23,7 +23,15 @@ from equaltime.experiments.analysis.sentences import (
     listed,
     where,
 )
-from equaltime.experiments.analysis.typical_runs import Found, elsewhere, grows, standards, typical_ends, typical_gain
+from equaltime.experiments.analysis.typical_runs import (
+    Found,
+    ahead_of_rivals,
+    elsewhere,
+    grows,
+    standards,
+    typical_ends,
+    typical_gain,
+)
 from equaltime.experiments.analysis.winners import best_per_scene, fastest, is_own, quotient
 from equaltime.experiments.model.experiment import Question
 from equaltime.experiments.model.summary import REFERENCE_SHARE, SceneResult, StrategyResult
@@ -348,8 +356,10 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     if typical:
         return Answer.of((typical, answer), [typical_ends(scenes), grows(scenes), *notes])
     if strategy.label == scene.baseline:
-        alone_there = len(scene.strategies) == 1
-        return Answer(answer if alone_there else f"{answer} It is the baseline of the comparison.").noted(notes)
+        if len(scene.strategies) == 1:
+            return Answer(answer).noted(notes)
+        beside = ahead_of_rivals(scene) or "It is the baseline of the comparison."
+        return Answer(f"{answer} {beside}").noted(notes)
     why = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
     notes.append(f"Speed-up over {scene.baseline}: {why[0]}." if why[0] else "")
     return Answer(f"{answer} How much faster it is than {scene.baseline} cannot be told.").noted(notes)

@@ -42,8 +42,8 @@ REFERENCE_SHARE = 3.0
 """Factor by which a target should exceed a reference's error, whose noise is then a ninth of the square."""
 _WITHIN = "it is the smallest target whose times can be trusted; times within the runs come before extrapolated ones"
 _BEYOND = (
-    "its times are extrapolated. Targets of at least three times the reference's error come first, then those known on "
-    "most scenes, then the nearest to the runs"
+    "no target is reached within the runs. It is the nearest to them of those that are known on most scenes; targets "
+    "below three times the reference's error come last"
 )
 """Rules by which the verdict chooses among an experiment's target errors: within the runs, and beyond them."""
 

@@ -87,7 +87,7 @@ _MEANINGS: Mapping[str, str] = {
     "if it is biased",
     MORE_THAN: "more than, since the baseline does not reach the error in 100 times its longest run, or in its runs if "
     "it is biased",
-    NOT_REACHED: "in 100 times the longest run, or in the runs of a biased strategy",
+    NOT_REACHED: "in 100 times the longest run; by a biased strategy, in its runs",
     EXTRAPOLATED: "extrapolated beyond the longest run",
     MEDIAN: "of typical runs: a median over repeats. A speed-up is the median over pairs of repeats. Errors are root "
     "mean squares, and a few rare events make most of them: such a time is not where a curve crosses the error",
