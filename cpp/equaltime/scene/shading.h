@@ -92,18 +92,22 @@ template <Effects E>
 }
 
 /// A direction drawn from the BSDF; u is for the place within a lobe, the number that picks one is taken if needed.
-template <Effects E>
+/// `kDelta` is what `is_delta` says of the scatterer, so that each branch of a caller compiles its own models alone.
+/// They are few, and inlined: a sample that comes from a call passes through memory.
+template <Effects E, bool kDelta>
 [[nodiscard]] EQUALTIME_INLINE Optional<ScatterSample> sample_bsdf(const Interaction& it, Scatterer scatterer,
                                                                    const Sampler& sampler, std::uint32_t bounce,
                                                                    Point2f u) noexcept {
   Vec3f wo = it.frame.to_local(it.wo);
   if (!(wo.z > 0)) return std::nullopt;
-  auto s = visit<E>(scatterer, [&](const auto& model) noexcept {
-    double u_lobe = 0;
-    if constexpr (std::decay_t<decltype(model)>::picks_lobe)
-      u_lobe = sampler.get_1d_precise(slot(BounceDecision::bsdf_lobe, bounce));
-    return model.sample(wo, it.front, u_lobe, u);
-  });
+  auto s = visit<E>(
+      scatterer, [&](const auto& model) __attribute__((always_inline))->Optional<BsdfSample<float>> {
+        using Model = std::decay_t<decltype(model)>;
+        if constexpr (Model::is_delta != kDelta) __builtin_unreachable();
+        double u_lobe = 0;
+        if constexpr (Model::picks_lobe) u_lobe = sampler.get_1d_precise(slot(BounceDecision::bsdf_lobe, bounce));
+        return model.sample(wo, it.front, u_lobe, u);
+      });
   if (!s) return std::nullopt;
   Vec3f wi = it.frame.to_world(s->wi);
   if (!detail::same_side<E>(it, wi, s->wi)) return std::nullopt;
@@ -146,7 +150,7 @@ template <Effects E>
                                                      std::uint32_t bounce, Point2f u) noexcept {
   const float discrete = delta_probability<E>(it, scatterer);
   if (discrete > 0 && sampler.get_1d_precise(slot(BounceDecision::bsdf_lobe, bounce)) < discrete)
-    return sample_bsdf<E>(it, scatterer, sampler, bounce, u);
+    return sample_bsdf<E, false>(it, scatterer, sampler, bounce, u);
   const bool sphere = transmits<E>(scatterer);
   const Vec3f wi = it.frame.to_world(sphere ? square_to_uniform_sphere(u) : square_to_uniform_hemisphere(u));
   const float pdf = (sphere ? kUniformSpherePdf : kUniformHemispherePdf) * (1 - discrete);

@@ -47,7 +47,7 @@ requires(E.splitting) class PathCopies<E> {
     for (std::uint32_t copy = (1U << log2_copies_) - 1; copy > 0; --copy) {
       path.sampler = whole.copy(copy, log2_copies_);
       if (const auto scattered =
-              sample_bsdf<E>(it, scatterer, path.sampler, bounce, path.sampler.vertex(bounce).bsdf_direction))
+              sample_bsdf<E, false>(it, scatterer, path.sampler, bounce, path.sampler.vertex(bounce).bsdf_direction))
         keep(scene, it, *scattered, path);
     }
     path.sampler = whole.copy(0, log2_copies_);

@@ -108,7 +108,7 @@ template <Effects E, Observer O>
   const std::uint32_t bounce = path.bounce();
   Optional<ScatterSample> scattered;
   if (is_delta<E>(v.scatterer)) {
-    scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, {});
+    scattered = sample_bsdf<E, true>(it, v.scatterer, path.sampler, bounce, {});
   } else if (replaces_bsdf_sampling(settings.technique)) [[unlikely]] {
     const Interaction it_copy = it;  // see sample_one_direction
     const Sampler sampler_copy = path.sampler;
@@ -126,7 +126,8 @@ template <Effects E, Observer O>
     path.previous.mixed = estimate.mixed;
     scattered = estimate.scattered;
   } else {
-    if constexpr (!E.splitting) scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
+    if constexpr (!E.splitting)
+      scattered = sample_bsdf<E, false>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
     const VertexContext<E> vertex{.scene = scene,
                                   .settings = settings,
                                   .it = it,
@@ -144,7 +145,7 @@ template <Effects E, Observer O>
         u = path.sampler.vertex(bounce);
         tell<event::PathSplit>(observer);
       }
-      scattered = sample_bsdf<E>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
+      scattered = sample_bsdf<E, false>(it, v.scatterer, path.sampler, bounce, u.bsdf_direction);
     }
   }
   return scattered;

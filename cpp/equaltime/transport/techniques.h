@@ -41,7 +41,7 @@ template <Effects E, Observer O>
     const auto point = lights.sample<E>(*picked, vertex.settings.environment_sampling, query);
     if (point) estimate.direct = direct_light_from<E>(vertex, *point, observer);
   }
-  auto scattered = sample_bsdf<E>(vertex.it, vertex.scatterer, vertex.sampler, vertex.bounce, u.bsdf_direction);
+  auto scattered = sample_bsdf<E, false>(vertex.it, vertex.scatterer, vertex.sampler, vertex.bounce, u.bsdf_direction);
   if (!scattered) return estimate;
   float light_pdf = scattered->pdf;  // without a light to aim at, the BSDF draws every direction
   if (has_directions) {

@@ -32,7 +32,7 @@ TEST("samples refract or reflect by all bits of the number that picks") {
     const float rounded_down = sampler.get_1d(lobe);
     const double u = sampler.get_1d_precise(lobe);
     if (rounded_down >= reflectance || u < reflectance) continue;
-    const auto drawn = sample_bsdf<kAllEffects>(it, glass, sampler, 0, {});
+    const auto drawn = sample_bsdf<kAllEffects, true>(it, glass, sampler, 0, {});
     CHECK(drawn && !drawn->above);
     ++told_apart;
   }
