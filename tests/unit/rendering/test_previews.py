@@ -121,7 +121,7 @@ def test_the_preview_of_checkpoints_keeps_its_exposure(
     monkeypatch.setattr(et.Result, "exposure", stops)
     path = tmp_path / "a.exr"
     large = et.load(scene).with_(size=(64, 64))
-    result = et.render(large, spp=64, checkpoint=path, checkpoint_every=1e-6)
+    result = et.render(large, spp=512, checkpoint=path, checkpoint_every=1e-6)
     result.save(path)
     assert len(shown) >= 3
     assert {*shown[:-1]} == {4.0}
