@@ -58,10 +58,11 @@ bool comes_near(const Corners& v, const RayD& ray) noexcept {
 }
 
 void filter(const RTCFilterFunctionNArguments* args) {
-  const auto& [mesh, thin] = *static_cast<const Slivers*>(args->geometryUserPtr);
+  const auto& slivers = *static_cast<const Slivers*>(args->geometryUserPtr);
   for_each_valid_lane(args->valid, args->N, [&](unsigned count, unsigned lane) noexcept {
     const std::uint32_t primitive = RTCHitN_primID(args->hit, count, lane);
-    if (thin[primitive] && !comes_near(corners_of(*mesh, primitive), RayD(ray_of(args->ray, count, lane))))
+    if (slivers.thin[primitive] &&
+        !comes_near(corners_of(*slivers.mesh, primitive), RayD(ray_of(args->ray, count, lane))))
       args->valid[lane] = 0;
   });
 }

@@ -133,9 +133,11 @@ class FlatLight {
   [[nodiscard]] double power() const noexcept;
   [[nodiscard]] LightBounds bounds() const noexcept;
   /// Returns the light where an instance puts it. A rectangle may become a parallelogram there, so rectangles have no
-  /// such function.
-  [[nodiscard]] FlatLight placed(const AffineMap& to) const noexcept requires std::is_same_v<Shape, TriangleShape> {
-    return {Shape::placed(surface_.edges, to), radiance_};
+  /// such function: a template, so that it need not compile for them.
+  template <class S = Shape>
+  requires std::is_same_v<S, TriangleShape>
+  [[nodiscard]] FlatLight placed(const AffineMap& to) const noexcept {
+    return {S::placed(surface_.edges, to), radiance_};
   }
 
  private:
