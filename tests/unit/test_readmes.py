@@ -151,7 +151,7 @@ def test_the_programs_of_the_learn_page_print_what_it_says(
     monkeypatch.chdir(ROOT)
     text = (ROOT / "scenes" / "learn" / "README.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     for block in blocks:
         exec(block, {})
         (said,) = re.findall(r"  # (.*)$", block, re.MULTILINE)

@@ -79,8 +79,8 @@ struct RoughDielectric {
         reflects, [] { return Real(1); }, [&] { return 1 / square(eta); });
     return sample_of(wi, eval_at(wo, wi, m, eta, fresnel.reflectance), leaves, eta_scale);
   }
-  /// Nearly that of the smooth dielectric. The transmittance is at least 0.25: tilted facets still refract where the
-  /// smooth surface reflects everything.
+  /// Approximates the albedo by the smooth dielectric's. Transmittance is at least 0.25, because tilted facets refract
+  /// even where a smooth surface reflects everything.
   [[nodiscard]] Rgb<Real> albedo(const Vec3<Real>& wo, Mask<Real> front) const noexcept {
     const Real reflectance = fresnel_dielectric(wo.z, relative_ior(ior, front)).reflectance;
     return specular_reflectance * reflectance + specular_transmittance * max(1 - reflectance, Real(0.25F));

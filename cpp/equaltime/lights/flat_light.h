@@ -176,7 +176,7 @@ Optional<Vec3<Real>> FlatLight<Real, Shape>::met(Vec3<Real> receiver, Vec3<Real>
   const auto& [corner, edge_x, edge_y] = surface_.edges;
   using Vector = Vec3<Double<Real>>;
   const auto hit = plane_towards(receiver, wi, Vector(corner), Vector(edge_x), Vector(edge_y));
-  // Where nothing is met, hit holds zeros.
+  // An empty `hit` holds zeros.
   return {hit->point, hit.has_value() && Shape::contains(hit->a, hit->b)};
 }
 

@@ -1,5 +1,5 @@
-// Sphere light: shines outwards, or inwards around its receivers. Directions are sampled: from outside those of the
-// cone that the sphere fills, from within all. In float64, for one path at a time.
+// Sphere light: it shines outwards, or inwards around its receivers. A receiver outside samples the directions of the
+// cone that the sphere fills; a receiver within samples all directions. In float64, for one path at a time.
 #pragma once
 
 #include "equaltime/base/effects.h"

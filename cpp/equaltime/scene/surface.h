@@ -25,7 +25,7 @@ struct SurfaceEmission {
 /// Media on both sides.
 struct SurfaceMedia {
   std::uint32_t sides[2] = {kNone, kNone};  // before the front, behind it; kNone: vacuum
-  bool sets_medium = false;                 // a path that leaves takes one of `sides`; else it keeps its medium
+  bool sets_medium = false;                 // true: a path that leaves takes one of `sides`; false: it keeps its medium
   std::uint8_t rank = kNoRank;              // of the dielectric inside
 };
 
@@ -43,7 +43,7 @@ struct MeshAttributes {
 /// How an analytic shape is parametrised.
 struct ShapeParametrization {
   std::uint8_t kind = 0;  // place in AnalyticShapes
-  Vec3f pole;             // axis of the azimuth; as long as a cylinder is
+  Vec3f pole;             // axis of the azimuth; a cylinder's pole is as long as the cylinder
   Vec3f azimuth[2];       // directions of azimuth 0° and 90°; for a disk, their lengths are its radii
   float radius = 0;
 };

@@ -61,7 +61,10 @@ def test_if_nothing_else_can_be_told_typical_runs_are() -> None:
         "after 2 s (measured 7.07 %); the error of naive is taken to fall as 1/sqrt(time). "
         "No time to a given error can be trusted: "
     )
-    assert "heavy tail" in answer
+    assert "can be trusted: heavy tail: a pixel." in answer
+    far = FAR.noted("extrapolated 17.6 times beyond the longest run").bounded("low", "heavy tail: a pixel")
+    chain = said((far, far), (UNKNOWN, UNKNOWN), efficiency=Interval(800.0, 300.0, 2000.0))
+    assert "can be trusted: heavy tail: a pixel." in chain, "the reason that matters alone"
     assert "e+" not in answer
 
 
@@ -100,12 +103,13 @@ def test_a_baseline_that_is_the_standard_is_compared_with_the_nearest_rival() ->
     own = replace(naive, time_to=best.time_to)
     rival = replace(best, time_to=naive.time_to, efficiency=Interval(0.02, 0.01, 0.04))
     worse = replace(rival, label="bsdf", efficiency=Interval(0.001, 0.0005, 0.002))
-    alone = replace(found, baseline="naive", standard="naive", strategies=(own, rival, worse))
+    biased = replace(rival, label="cut", biased=True, efficiency=Interval(0.5, 0.4, 0.6))
+    alone = replace(found, baseline="naive", standard="naive", strategies=(own, rival, worse, biased))
     answer = answer_of([alone], TARGETS).text
     assert (
         "naive reaches 5 % error in 500 ms (400 to 600). In typical runs, naive is about 50 times faster than" in answer
     )
-    assert answer.endswith("best (25 to 100), to the error at their end.")
+    assert answer.endswith("best (25 to 100), to the error at the end of the runs.")
     unknown = replace(alone, strategies=(own, replace(rival, efficiency=UNKNOWN)))
     assert answer_of([unknown], TARGETS).text.endswith("It is the baseline of the comparison.")
 

@@ -228,11 +228,12 @@ def test_light_that_the_camera_sees_falls_on_no_surface() -> None:
     """A lamp's edge makes noise that no surface has scattered: 58 % of it "fell on straight into the camera"."""
     found = et.quote(et.load(SCENE).with_(size=(32, 32)), error=0.3, why=False)
 
-    def told(seen: float) -> str:
-        part = {name: Interval(share, share, share) for name, share in (("seen", seen), ("lit", 0.8 - seen))}
+    def told(seen: float, off: float = 0.0, doubt: str = "") -> str:
+        shares = (("seen", seen), ("lit", 0.8 - seen))
+        part = {name: Interval(share, share - off, share + off) for name, share in shares}
         kinds = {"light": {}, "surface": {"none": part["seen"], "floor": part["lit"], "box": Interval(0.2, 0.2, 0.2)}}
         light = NoiseLight(part["seen"], part["lit"], *[Interval(0.2, 0.2, 0.2)] * 4, kinds, (32, 32), 8, 8)
-        lines = answer(replace(found, light=light), Asked(None, 0.3))
+        lines = answer(replace(found, light=replace(light, doubt=doubt)), Asked(None, 0.3))
         return next(line for line in lines if line.startswith("Which light makes it: "))
 
     edges = "light seen by the camera is noisy at the edges of lamps and sky, where only more samples help"
@@ -240,6 +241,9 @@ def test_light_that_the_camera_sees_falls_on_no_surface() -> None:
         f": seen by the camera 58 %, direct 22 %, indirect 20 %; {edges}; falling on floor 22 %, box 20 %"
     )
     assert told(0.1).endswith(": direct 70 %, indirect 20 %, seen by the camera 10 %; falling on floor 70 %, box 20 %")
+    assert "seen by the camera 58 %" in told(0.58, 0.3), "a wide interval without a doubt"
+    assert told(0.58, 0.2, "few paths").endswith("(in doubt, see -v)")
+    assert told(0.58, 0.3, "few paths").endswith("it: a few bright samples make too much of it to tell (see -v)")
 
 
 def test_a_wide_interval_is_told_with_the_way_to_a_closer_one() -> None:

@@ -187,6 +187,9 @@ def test_an_animated_scene_whose_shutter_is_never_open_is_told_so() -> None:
     (warning,) = scene((0, 0), it={"type": "cube", "to_world": animated(KEYS)}).warnings
     assert "nothing moves: its shutter opens and closes at 0" in warning
     assert not scene(it={"type": "cube", "to_world": animated(KEYS)}).warnings
+    closed = scene((0, 0), it={"type": "cube", "to_world": animated(KEYS)})
+    assert closed.with_(size=(4, 4)).warnings == (warning,)
+    assert not closed.with_(shutter=(0.5, 0.5)).warnings, "the call chooses the time"
 
 
 def test_a_scene_may_get_another_shutter() -> None:

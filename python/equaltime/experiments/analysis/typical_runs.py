@@ -16,7 +16,16 @@ from equaltime.statistics.intervals import UNKNOWN, product_mean, sound
 from equaltime.statistics.runs import MISSING
 from equaltime.words import duration, percent
 
-__all__ = ["Found", "ahead_of_rivals", "elsewhere", "grows", "standards", "typical_ends", "typical_gain", "with_gain"]
+__all__ = [
+    "Found",
+    "beside_nearest_rival",
+    "elsewhere",
+    "grows",
+    "standards",
+    "typical_ends",
+    "typical_gain",
+    "with_gain",
+]
 
 Found = tuple[SceneResult, StrategyResult]
 """A scene, and a strategy on it."""
@@ -75,17 +84,17 @@ def elsewhere(scenes: Sequence[SceneResult], target: float) -> str:
     return " ".join(told)
 
 
-def ahead_of_rivals(scene: SceneResult) -> str:
-    """Return a sentence on the gain of typical runs of the baseline over the strategy that comes nearest to it.
+def beside_nearest_rival(scene: SceneResult) -> str:
+    """Return a sentence that compares typical runs of the baseline with the unbiased strategy that comes nearest to it.
 
     It is for a baseline that is the standard too. The text is empty if no efficiency is trusted.
     """
-    rivals = [one for one in scene.strategies if one.label != scene.baseline and sound(one.efficiency)]
+    rivals = [s for s in scene.strategies if s.label != scene.baseline and not s.biased and sound(s.efficiency)]
     if not rivals:
         return ""
     nearest = max(rivals, key=lambda one: one.efficiency.value)
     gain = nearest.efficiency.map(lambda efficiency: 1.0 / efficiency)
-    return f"In typical runs, {compared(scene.baseline, gain, nearest.label)}, to the error at their end."
+    return f"In typical runs, {compared(scene.baseline, gain, nearest.label)}, to the error at the end of the runs."
 
 
 _CANNOT_TELL = "these runs cannot tell"

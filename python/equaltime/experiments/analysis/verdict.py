@@ -25,7 +25,7 @@ from equaltime.experiments.analysis.sentences import (
 )
 from equaltime.experiments.analysis.typical_runs import (
     Found,
-    ahead_of_rivals,
+    beside_nearest_rival,
     elsewhere,
     grows,
     standards,
@@ -358,7 +358,7 @@ def _without_ratio(scenes: Sequence[SceneResult], alone: tuple[SceneResult, Stra
     if strategy.label == scene.baseline:
         if len(scene.strategies) == 1:
             return Answer(answer).noted(notes)
-        beside = ahead_of_rivals(scene) or "It is the baseline of the comparison."
+        beside = beside_nearest_rival(scene) or "It is the baseline of the comparison."
         return Answer(f"{answer} {beside}").noted(notes)
     why = next((s.notes for s in scene.strategies if s.label == scene.baseline), ()) or (strategy.ratio[target].note,)
     notes.append(f"Speed-up over {scene.baseline}: {why[0]}." if why[0] else "")
